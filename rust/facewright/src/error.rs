@@ -1,0 +1,161 @@
+//! Everything that can go wrong on the whole path, in sentences an artist can act on.
+
+use std::path::PathBuf;
+
+/// Errors of the whole path. Nothing was written or changed when one is returned.
+#[derive(Debug, thiserror::Error)]
+pub enum FacewrightError {
+    /// A file could not be read.
+    #[error("{path} cannot be read: {reason}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system or the decoder said.
+        reason: String,
+    },
+    /// A file could not be written.
+    #[error("{path} cannot be written: {reason}. Nothing was changed")]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        reason: String,
+    },
+    /// No picture among the inputs.
+    #[error("no pictures in {input}: give image files, a folder of images, or a video")]
+    NoFrames {
+        /// What was given.
+        input: String,
+    },
+    /// Pictures of different sizes.
+    #[error("{name} is {width}x{height} but the frames before it are {first_width}x{first_height}: all frames must come from one camera at one size")]
+    MixedSizes {
+        /// The odd one.
+        name: String,
+        /// Its width, pixels.
+        width: u32,
+        /// Its height, pixels.
+        height: u32,
+        /// Width of the first frame, pixels.
+        first_width: u32,
+        /// Height of the first frame, pixels.
+        first_height: u32,
+    },
+    /// A video without a decoder.
+    #[error("{path} is a video, and no ffmpeg was found on the PATH: install ffmpeg, or give the frames as images")]
+    NoFfmpeg {
+        /// The video.
+        path: PathBuf,
+    },
+    /// Too few frames.
+    #[error("only one frame: film the head while it turns to both sides, and give at least two frames")]
+    OneFrame,
+    /// No face anywhere.
+    #[error("no face was found in any of the {frames} frames: is the head in the picture, upright and lit?")]
+    NoFace {
+        /// Frames looked at.
+        frames: usize,
+    },
+    /// Too few frames are usable.
+    #[error("only {usable} of {frames} frames can be used ({reasons}): film the face sharp, uncovered and with a quiet expression")]
+    TooFewUsable {
+        /// Usable frames.
+        usable: usize,
+        /// All frames.
+        frames: usize,
+        /// How often each reason occurred.
+        reasons: String,
+    },
+    /// The head does not turn.
+    #[error("the head turns by {degrees:.0}° only: depth cannot be seen. Turn it at least 15° to each side")]
+    NoRotation {
+        /// Range of yaw, degrees.
+        degrees: f64,
+    },
+    /// The camera belongs to other pictures.
+    #[error("the camera was calibrated at {camera_width}x{camera_height} but the frames are {width}x{height}: calibrate at the size and orientation in which you film")]
+    OtherCamera {
+        /// Width in camera.json.
+        camera_width: u32,
+        /// Height in camera.json.
+        camera_height: u32,
+        /// Width of the frames.
+        width: u32,
+        /// Height of the frames.
+        height: u32,
+    },
+    /// No board found in any picture, or too few.
+    #[error("the board was found in {found} of {pictures} pictures and at least 3 are needed: {hint}")]
+    TooFewBoards {
+        /// Pictures with a board.
+        found: usize,
+        /// All pictures.
+        pictures: usize,
+        /// What the detector said of the others.
+        hint: String,
+    },
+    /// An option that makes no sense.
+    #[error("{name} must be {expected}")]
+    Option {
+        /// The option.
+        name: &'static str,
+        /// What it may be.
+        expected: &'static str,
+    },
+    /// A result folder without a result.
+    #[error("{path} holds no result of `facewright reconstruct`: {reason}")]
+    NoResult {
+        /// The folder.
+        path: PathBuf,
+        /// What is missing.
+        reason: String,
+    },
+    /// The generic head or the nets are missing.
+    #[error("{path} is missing: run `cargo x head`, or point FACEWRIGHT_ASSETS to the folder that holds generic_head.safetensors.gz and nets/")]
+    NoAssets {
+        /// What was looked for.
+        path: PathBuf,
+    },
+    /// A match of two frames failed.
+    #[error("too few matches between the two frames ({found}): they must show the same face, turned by 5° to 25°")]
+    TooFewMatches {
+        /// Matches found.
+        found: usize,
+    },
+    /// From the landmark nets.
+    #[error(transparent)]
+    Landmarks(#[from] vision::landmarks::LandmarkError),
+    /// From the corners.
+    #[error(transparent)]
+    Corners(#[from] vision::corners::CornerError),
+    /// From the tracker.
+    #[error(transparent)]
+    Tracker(#[from] vision::track::TrackError),
+    /// From the correction of matches.
+    #[error(transparent)]
+    Correction(#[from] vision::correct::CorrectError),
+    /// From the camera.
+    #[error(transparent)]
+    Camera(#[from] geometry::CameraError),
+    /// From calibration.
+    #[error(transparent)]
+    Calibrate(#[from] motion::calibrate::CalibrateError),
+    /// From motion and structure.
+    #[error(transparent)]
+    Motion(#[from] motion::MotionError),
+    /// From the head.
+    #[error(transparent)]
+    Head(#[from] head::HeadError),
+    /// From the interpolation of the feature points.
+    #[error(transparent)]
+    Interpolation(#[from] geometry::rbf::RbfError),
+    /// From the texture.
+    #[error(transparent)]
+    Texture(#[from] texture::TextureError),
+    /// The printed board does not fit.
+    #[error(transparent)]
+    Board(#[from] crate::board::BoardPatternError),
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] geometry::Cancelled),
+}

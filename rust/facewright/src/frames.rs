@@ -1,0 +1,219 @@
+//! Frames from image files, folders and videos.
+//!
+//! Pictures are decoded when they are asked for, turned upright by their EXIF orientation and brought to 8-bit RGB
+//! whatever their depth, so that a long clip never stands in memory as a whole.
+
+use crate::FacewrightError;
+use geometry::Progress;
+use image::{DynamicImage, ImageDecoder, ImageReader, RgbImage};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use tempfile::TempDir;
+
+const PICTURES: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "bmp", "webp"];
+const VIDEOS: [&str; 8] = ["mp4", "mov", "avi", "mkv", "webm", "m4v", "mpg", "ogv"];
+/// Diagonal of a 36 × 24 mm film frame, to which "35 mm equivalent" focal lengths refer.
+const FILM_DIAGONAL_MM: f64 = 43.267;
+
+/// One picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Frame {
+    /// File name without extension.
+    pub name: String,
+    /// Where it is.
+    pub path: PathBuf,
+}
+
+/// Frames of one camera, all of one size.
+#[derive(Debug)]
+pub struct FrameSet {
+    /// The frames, in the order given; folders are sorted by name.
+    pub frames: Vec<Frame>,
+    /// Width of every frame, pixels.
+    pub width: u32,
+    /// Height of every frame, pixels.
+    pub height: u32,
+    /// Focal length in pixels where the first frame's EXIF tells it.
+    pub exif_focal: Option<f64>,
+    _decoded: Option<TempDir>,
+}
+
+impl FrameSet {
+    /// Opens image files, folders and videos, in that order, and checks from their headers that all have one size.
+    pub fn open(inputs: &[PathBuf], progress: &Progress) -> Result<Self, FacewrightError> {
+        progress.stage("frames")?;
+        let mut paths = Vec::new();
+        let mut decoded = None;
+        for input in inputs {
+            if is(input, &VIDEOS) {
+                let folder = decode_video(input)?;
+                paths.extend(pictures_in(folder.path())?);
+                decoded = Some(folder);
+            } else if input.is_dir() {
+                paths.extend(pictures_in(input)?);
+            } else {
+                paths.push(input.clone());
+            }
+        }
+        let Some(first) = paths.first().cloned() else {
+            return Err(FacewrightError::NoFrames { input: join(inputs) });
+        };
+        let (width, height) = upright_size(&first)?;
+        let mut frames = Vec::with_capacity(paths.len());
+        for (i, path) in paths.iter().enumerate() {
+            progress.step(i, paths.len())?;
+            let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            let size = upright_size(path)?;
+            if size != (width, height) {
+                let (first_width, first_height) = (width, height);
+                return Err(FacewrightError::MixedSizes {
+                    name,
+                    width: size.0,
+                    height: size.1,
+                    first_width,
+                    first_height,
+                });
+            }
+            frames.push(Frame { name, path: path.clone() });
+        }
+        let exif_focal = exif_focal(&first, width, height);
+        Ok(Self { frames, width, height, exif_focal, _decoded: decoded })
+    }
+
+    /// Number of frames.
+    pub fn len(&self) -> usize {
+        self.frames.len()
+    }
+
+    /// Whether there is none; never true for an opened set.
+    pub fn is_empty(&self) -> bool {
+        self.frames.is_empty()
+    }
+
+    /// Decodes frame `i`.
+    pub fn load(&self, i: usize) -> Result<RgbImage, FacewrightError> {
+        load_picture(&self.frames[i].path)
+    }
+}
+
+/// Decodes a picture of any depth to upright 8-bit RGB.
+pub fn load_picture(path: &Path) -> Result<RgbImage, FacewrightError> {
+    let read = |e: &dyn std::fmt::Display| unreadable(path, e);
+    let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(|e| read(&e))?;
+    let mut decoder = reader.into_decoder().map_err(|e| read(&e))?;
+    let orientation = decoder.orientation().map_err(|e| read(&e))?;
+    let mut picture = DynamicImage::from_decoder(decoder).map_err(|e| read(&e))?;
+    picture.apply_orientation(orientation);
+    Ok(picture.into_rgb8())
+}
+
+fn unreadable(path: &Path, reason: &dyn std::fmt::Display) -> FacewrightError {
+    FacewrightError::Read { path: path.to_owned(), reason: reason.to_string() }
+}
+
+fn is(path: &Path, extensions: &[&str]) -> bool {
+    path.extension().is_some_and(|e| extensions.iter().any(|x| e.eq_ignore_ascii_case(x)))
+}
+
+fn join(inputs: &[PathBuf]) -> String {
+    inputs.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ")
+}
+
+fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, FacewrightError> {
+    let entries = std::fs::read_dir(folder).map_err(|e| unreadable(folder, &e))?;
+    let mut paths: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();
+    paths.retain(|p| is(p, &PICTURES));
+    paths.sort();
+    Ok(paths)
+}
+
+fn upright_size(path: &Path) -> Result<(u32, u32), FacewrightError> {
+    let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(|e| unreadable(path, &e))?;
+    let mut decoder = reader.into_decoder().map_err(|e| unreadable(path, &e))?;
+    let (width, height) = decoder.dimensions();
+    use image::metadata::Orientation::{Rotate90, Rotate90FlipH, Rotate270, Rotate270FlipH};
+    let turned = matches!(decoder.orientation(), Ok(Rotate90 | Rotate270 | Rotate90FlipH | Rotate270FlipH));
+    Ok(if turned { (height, width) } else { (width, height) })
+}
+
+fn decode_video(video: &Path) -> Result<TempDir, FacewrightError> {
+    if !video.is_file() {
+        return Err(unreadable(video, &"there is no such file"));
+    }
+    let folder = tempfile::tempdir().map_err(|e| unreadable(video, &e))?;
+    let command = Command::new("ffmpeg")
+        .args(["-nostdin", "-loglevel", "error", "-i"])
+        .arg(video)
+        .args(["-fps_mode", "passthrough", "-start_number", "0"])
+        .arg(folder.path().join("frame_%06d.png"))
+        .output();
+    match command {
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err(FacewrightError::NoFfmpeg { path: video.to_owned() }),
+        Err(e) => Err(unreadable(video, &e)),
+        Ok(out) if !out.status.success() => Err(unreadable(video, &String::from_utf8_lossy(&out.stderr).trim())),
+        Ok(_) => Ok(folder),
+    }
+}
+
+/// Focal length in pixels from the "35 mm equivalent" that cameras and phones write.
+fn exif_focal(path: &Path, width: u32, height: u32) -> Option<f64> {
+    let file = std::fs::File::open(path).ok()?;
+    let exif = exif::Reader::new().read_from_container(&mut std::io::BufReader::new(file)).ok()?;
+    let field = exif.get_field(exif::Tag::FocalLengthIn35mmFilm, exif::In::PRIMARY)?;
+    let millimetres = f64::from(field.value.get_uint(0)?);
+    let diagonal = f64::from(width).hypot(f64::from(height));
+    (millimetres > 0.0).then(|| millimetres * diagonal / FILM_DIAGONAL_MM)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::{GrayImage, ImageBuffer, Luma, Rgba, RgbaImage};
+
+    fn folder_with(pictures: &[(&str, DynamicImage)]) -> TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, picture) in pictures {
+            picture.save(folder.path().join(name)).unwrap();
+        }
+        folder
+    }
+
+    #[test]
+    fn grey_alpha_and_16_bit_pictures_become_rgb() {
+        let deep: ImageBuffer<Luma<u16>, Vec<u16>> = ImageBuffer::from_pixel(8, 6, Luma([0x8000]));
+        let folder = folder_with(&[
+            ("a.png", GrayImage::from_pixel(8, 6, Luma([128])).into()),
+            ("b.png", RgbaImage::from_pixel(8, 6, Rgba([128, 128, 128, 9])).into()),
+            ("c.png", deep.into()),
+        ]);
+        let set = FrameSet::open(&[folder.path().to_owned()], &Progress::new()).unwrap();
+        assert_eq!((set.len(), set.width, set.height), (3, 8, 6));
+        for i in 0..3 {
+            assert_eq!(set.load(i).unwrap().get_pixel(3, 3).0, [128; 3]);
+        }
+    }
+
+    #[test]
+    fn mixed_sizes_name_the_odd_frame() {
+        let folder = folder_with(&[("a.png", RgbImage::new(8, 6).into()), ("b.png", RgbImage::new(6, 8).into())]);
+        let error = FrameSet::open(&[folder.path().to_owned()], &Progress::new()).unwrap_err();
+        assert!(error.to_string().starts_with("b is 6x8 but the frames before it are 8x6"));
+    }
+
+    #[test]
+    fn truncated_and_missing_files_are_named() {
+        let folder = folder_with(&[("a.png", RgbImage::from_fn(64, 64, |x, y| image::Rgb([x as u8, y as u8, 7])).into())]);
+        let path = folder.path().join("a.png");
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+        assert!(load_picture(&path).unwrap_err().to_string().contains("a.png cannot be read"));
+        assert!(FrameSet::open(&[folder.path().join("none.png")], &Progress::new()).is_err());
+    }
+
+    #[test]
+    fn an_empty_folder_is_no_clip() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = FrameSet::open(&[folder.path().to_owned()], &Progress::new()).unwrap_err();
+        assert!(matches!(error, FacewrightError::NoFrames { .. }));
+    }
+}

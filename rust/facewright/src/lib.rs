@@ -1,0 +1,46 @@
+//! From frames of a turning head to a head that can be animated.
+//!
+//! # Entry points
+//! - [`FrameSet::open`], [`Assets::load`], [`reconstruct`]: the whole path; [`Reconstruction::write`] leaves its files.
+//! - [`calibrate`], [`board`], [`match_pair`], [`overlay`]: the other commands of the `facewright` program.
+//!
+//! # Order of work
+//! `frames` → `observe` (faces) → `clip` (landmark fit, choice of frames) → `tracks` → `solve` (motion, bundle) →
+//! `shape` (class, free deformation, eyes) → keys → `skin` (textures) → `result`. `paper` takes the paper's steps instead.
+//!
+//! # Conventions
+//! Those of [`geometry`]. Options in, report out; nothing is written before everything has succeeded.
+#![forbid(unsafe_code)]
+
+mod assets;
+pub mod board;
+mod calibration;
+mod camera;
+mod clip;
+mod clock;
+mod error;
+mod frames;
+mod glb;
+mod matching;
+mod observe;
+mod overlay;
+mod paper;
+mod reconstruct;
+mod report;
+mod result;
+mod select;
+mod shape;
+mod skin;
+mod solve;
+mod tracks;
+
+pub use assets::Assets;
+pub use calibration::{CalibrateOptions, CalibratedCamera, calibrate};
+pub use error::FacewrightError;
+pub use frames::{Frame, FrameSet};
+pub use head;
+pub use matching::{MatchOptions, Matches, MatchedPair, match_pair};
+pub use overlay::overlay;
+pub use reconstruct::{ReconstructOptions, generic_head, reconstruct};
+pub use report::{CameraSource, FitReport, FrameReport, Method, Report, Scale, SourcedCamera, TextureReport};
+pub use result::{Reconstruction, write_json, write_text};

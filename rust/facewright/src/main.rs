@@ -1,0 +1,9 @@
+//! The `facewright` program.
+
+mod program;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    program::run()
+}

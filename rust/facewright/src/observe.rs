@@ -1,0 +1,97 @@
+//! What each frame shows: the face and how sharp it is.
+
+use crate::{FacewrightError, FrameSet};
+use geometry::Progress;
+use image::{GrayImage, RgbImage, imageops};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use vision::landmarks::{Face, FaceLandmarker};
+
+/// Frames that one task follows one after the other: fixed, so that the result does not depend on the threads.
+const CHUNK: usize = 12;
+/// Side of the square to which a face is resized before its sharpness is measured, pixels.
+const SHARPNESS_SIZE: u32 = 96;
+
+/// One frame, looked at.
+#[derive(Clone, Debug)]
+pub struct Observation {
+    /// The largest face; `None` when there is none.
+    pub face: Option<Face>,
+    /// Mean squared Laplacian of the face at a fixed size, relative to its contrast; compare within a clip.
+    pub sharpness: f64,
+}
+
+/// Finds the face in every frame.
+pub fn observe(frames: &FrameSet, landmarker: &FaceLandmarker, progress: &Progress) -> Result<Vec<Observation>, FacewrightError> {
+    progress.stage("landmarks")?;
+    let done = AtomicUsize::new(0);
+    let chunk = |start: usize| -> Result<Vec<Observation>, FacewrightError> {
+        let mut observations: Vec<Observation> = Vec::with_capacity(CHUNK);
+        for i in start..(start + CHUNK).min(frames.len()) {
+            progress.step(done.fetch_add(1, Ordering::Relaxed), frames.len())?;
+            let picture = frames.load(i)?;
+            let face = match observations.last().and_then(|o| o.face.as_ref()) {
+                Some(previous) => landmarker.follow(&picture, previous)?,
+                None => landmarker.find(&picture)?,
+            };
+            let sharpness = face.as_ref().map_or(0.0, |f| sharpness(&picture, f));
+            observations.push(Observation { face, sharpness });
+        }
+        Ok(observations)
+    };
+    let starts: Vec<usize> = (0..frames.len()).step_by(CHUNK).collect();
+    let chunks: Result<Vec<_>, _> = starts.into_par_iter().map(chunk).collect();
+    Ok(chunks?.into_iter().flatten().collect())
+}
+
+/// The rectangle around a face's landmarks, within the picture: `[x, y, width, height]`.
+pub fn face_box(face: &Face, picture: &RgbImage) -> [u32; 4] {
+    let range = |k: usize, size: u32| {
+        let values = || face.points.iter().map(|p| p[k]);
+        let low = values().fold(f64::MAX, f64::min).clamp(0.0, f64::from(size) - 1.0);
+        let high = values().fold(f64::MIN, f64::max).clamp(0.0, f64::from(size) - 1.0);
+        (low as u32, (high - low) as u32 + 1)
+    };
+    let ((x, width), (y, height)) = (range(0, picture.width()), range(1, picture.height()));
+    [x, y, width, height]
+}
+
+fn sharpness(picture: &RgbImage, face: &Face) -> f64 {
+    let [x, y, width, height] = face_box(face, picture);
+    let crop = imageops::grayscale(&imageops::crop_imm(picture, x, y, width, height).to_image());
+    let small = imageops::resize(&crop, SHARPNESS_SIZE, SHARPNESS_SIZE, imageops::FilterType::Triangle);
+    laplacian_energy(&small)
+}
+
+fn laplacian_energy(picture: &GrayImage) -> f64 {
+    let (width, height) = picture.dimensions();
+    let at = |x: u32, y: u32| f64::from(picture.get_pixel(x, y).0[0]);
+    let (mut energy, mut sum, mut squares, mut n) = (0.0, 0.0, 0.0, 0.0);
+    for y in 1..height - 1 {
+        for x in 1..width - 1 {
+            let centre = at(x, y);
+            let laplacian = at(x - 1, y) + at(x + 1, y) + at(x, y - 1) + at(x, y + 1) - 4.0 * centre;
+            energy += laplacian * laplacian;
+            sum += centre;
+            squares += centre * centre;
+            n += 1.0;
+        }
+    }
+    let variance = squares / n - (sum / n).powi(2);
+    energy / n / variance.max(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blur_lowers_the_sharpness_and_exposure_does_not() {
+        let pattern = |x: u32, y: u32| 60.0 + 50.0 * (f64::from(x) * 0.9).sin() * (f64::from(y) * 0.7).cos();
+        let sharp = GrayImage::from_fn(96, 96, |x, y| image::Luma([pattern(x, y) as u8]));
+        let bright = GrayImage::from_fn(96, 96, |x, y| image::Luma([(pattern(x, y) * 1.6) as u8]));
+        let blurred = imageops::blur(&sharp, 2.0);
+        assert!(laplacian_energy(&blurred) < 0.5 * laplacian_energy(&sharp));
+        assert!((laplacian_energy(&bright) / laplacian_energy(&sharp) - 1.0).abs() < 0.1);
+    }
+}

@@ -1,0 +1,213 @@
+//! The paper's way to the shape (sections 2.3 to 2.6 and 2.8).
+//!
+//! Two near-frontal frames 10–15° apart, corners by pyramidal Lucas–Kanade, local adjustment, eight-point motion refined
+//! by epipolar distances, triangulation; the general head, scaled and turned to the feature points, is interpolated by
+//! affine + exp(−r/64); then more images, one after the other, are resected and refine the feature points.
+//!
+//! The paper marks the features of the general head by hand; here they are its landmark anchors, found in the frames by the
+//! landmark net. Matched corners determine the motion only.
+
+use crate::clip::{ChosenFrame, Clip};
+use crate::matching::{MatchOptions, paper_matches};
+use crate::select::{median, yaw_pitch};
+use crate::shape::{Known, Shape, finish_eyes, landmarks68};
+use crate::{FacewrightError, FitReport, SourcedCamera};
+use geometry::rbf::{RbfOptions, RbfWarp};
+use geometry::{Camera, Progress, Similarity, Transform, Vec2, Vec3};
+use head::GenericHead;
+use head::topology::FACE_OVAL;
+use motion::resect::{ResectOptions, resect};
+use motion::triangulate::triangulate;
+use motion::two_view;
+use vision::pyramid::Pyramid;
+
+/// Turn between the two frames, degrees.
+const PAIR_DEG: (f64, f64) = (10.0, 15.0);
+/// A feature point farther from the general head than this was mismatched, metres.
+const FARTHEST_FEATURE: f64 = 0.025;
+/// Usual distance of the pupils, metres.
+const PUPILS: f64 = 0.063;
+
+/// One feature point: which landmark, and where.
+type Feature = (usize, Vec3);
+
+/// Measures the shape as the paper does.
+pub fn shape(
+    clip: &Clip,
+    head: &GenericHead,
+    camera: &SourcedCamera,
+    interocular: Option<f64>,
+    progress: &Progress,
+) -> Result<Shape, FacewrightError> {
+    progress.stage("motion")?;
+    let camera = camera.camera;
+    let (a, b) = choose_pair(clip);
+    let (first, second) = (&clip.chosen[a], &clip.chosen[b]);
+    let motion = two_frame_motion(first, second, &camera)?;
+    let features = features(head);
+    let rays = |chosen: &ChosenFrame| rays(clip, chosen, &camera);
+    let pair = [(Transform::identity(), rays(first)), (motion, rays(second))];
+    let cloud = triangulate_features(&features, &pair);
+    let head_from_a = align(head, &cloud)?;
+    let pose_a = head_from_a.move_pose(&Transform::identity());
+    let structure: Vec<Feature> = cloud.iter().map(|(i, p)| (*i, head_from_a.apply(p))).collect();
+    let (poses, structure) = add_images(clip, &camera, (a, pose_a), structure, progress)?;
+    let warped = interpolate(head, &structure)?;
+    let (positions, poses, structure) = to_size(head, warped, poses, structure, interocular.unwrap_or(PUPILS));
+    let rms_px = clip.chosen.iter().zip(&poses).map(|(c, pose)| rms(&structure, &rays(c), pose, &camera)).collect();
+    let mut known = Known { positions, poses, camera };
+    let eyes = finish_eyes(head, clip, &mut known)?;
+    let landmark_pose = clip.pose(first);
+    Ok(Shape {
+        landmarks68: landmarks68(head, &known.positions, &[]),
+        points: structure.len(),
+        rms_px,
+        head_from_landmark_head: between(&known.poses[a], &landmark_pose),
+        fit: FitReport {
+            interocular_mm: 1000.0 * (eyes[0].centre - eyes[1].centre).norm(),
+            landmarks_median_px: median(clip.landmark_fit.landmark_errors_px.iter().copied().filter(|e| e.is_finite())),
+            ..FitReport::default()
+        },
+        camera: known.camera,
+        positions: known.positions,
+        poses: known.poses,
+        warnings: Vec::new(),
+    })
+}
+
+/// The pair nearest to frontal among those turned by the paper's angle, or nearest to that angle.
+fn choose_pair(clip: &Clip) -> (usize, usize) {
+    let yaw: Vec<f64> = clip.chosen.iter().map(|c| yaw_pitch(&clip.pose(c)).0.to_degrees()).collect();
+    let pairs = (0..yaw.len()).flat_map(|a| (a + 1..yaw.len()).map(move |b| (a, b)));
+    let cost = |&(a, b): &(usize, usize)| {
+        let turn = clip.pose(&clip.chosen[a]).angle_to(&clip.pose(&clip.chosen[b])).to_degrees();
+        let off = (PAIR_DEG.0 - turn).max(turn - PAIR_DEG.1).max(0.0);
+        10.0 * off + (yaw[a] + yaw[b]).abs() / 2.0
+    };
+    pairs.min_by(|x, y| cost(x).total_cmp(&cost(y))).unwrap_or((0, 0))
+}
+
+fn two_frame_motion(a: &ChosenFrame, b: &ChosenFrame, camera: &Camera) -> Result<Transform, FacewrightError> {
+    let pyramids: [Pyramid; 2] = [a.pyramid.clone(), b.pyramid.clone()];
+    let matches = paper_matches(&pyramids, &a.mask, &MatchOptions::default())?;
+    let kept: Vec<_> = matches.iter().filter(|m| m.4 == 1).collect();
+    let in_a: Vec<Vec2> = kept.iter().map(|m| camera.normalise(&Vec2::new(m.0, m.1))).collect();
+    let in_b: Vec<Vec2> = kept.iter().map(|m| camera.normalise(&Vec2::new(m.2, m.3))).collect();
+    Ok(two_view::paper(&in_a, &in_b)?.b_from_a)
+}
+
+/// Landmarks that are points of the skin, not of its outline.
+fn features(head: &GenericHead) -> Vec<usize> {
+    (0..head.anchors.len()).filter(|i| !FACE_OVAL.contains(i)).collect()
+}
+
+/// Normalised coordinates of all landmarks of a frame.
+fn rays(clip: &Clip, chosen: &ChosenFrame, camera: &Camera) -> Vec<Vec2> {
+    clip.seen[chosen.index].landmarks.iter().map(|p| camera.normalise(p)).collect()
+}
+
+fn triangulate_features(features: &[usize], views: &[(Transform, Vec<Vec2>)]) -> Vec<Feature> {
+    let place = |&i: &usize| {
+        let seen: Vec<(Transform, Vec2)> = views.iter().map(|(pose, rays)| (*pose, rays[i])).collect();
+        Some((i, triangulate(&seen)?.point))
+    };
+    features.iter().filter_map(place).collect()
+}
+
+/// The similarity that lays the feature points onto the general head, mismatched ones left out.
+fn align(head: &GenericHead, cloud: &[Feature]) -> Result<Similarity, FacewrightError> {
+    let anchors = head.landmarks(&head.positions);
+    let mut kept: Vec<&Feature> = cloud.iter().collect();
+    let mut fitted = None;
+    for _ in 0..6 {
+        let from: Vec<Vec3> = kept.iter().map(|f| f.1).collect();
+        let to: Vec<Vec3> = kept.iter().map(|f| anchors[f.0]).collect();
+        let Some(similarity) = Similarity::fit(&from, &to, None, true) else { break };
+        let distance = |f: &Feature| (similarity.apply(&f.1) - anchors[f.0]).norm();
+        let limit = (2.5 * median(cloud.iter().map(distance))).max(0.004);
+        kept = cloud.iter().filter(|f| distance(f) < limit).collect();
+        fitted = Some(similarity);
+    }
+    fitted.ok_or(FacewrightError::TooFewMatches { found: cloud.len() })
+}
+
+/// Resects the other images, those nearest in direction first, and triangulates the features anew after each.
+fn add_images(
+    clip: &Clip,
+    camera: &Camera,
+    (first, pose): (usize, Transform),
+    mut structure: Vec<Feature>,
+    progress: &Progress,
+) -> Result<(Vec<Transform>, Vec<Feature>), FacewrightError> {
+    let mut order: Vec<usize> = (0..clip.chosen.len()).collect();
+    let turn = |i: usize| clip.pose(&clip.chosen[i]).angle_to(&clip.pose(&clip.chosen[first]));
+    order.sort_by(|&i, &j| turn(i).total_cmp(&turn(j)));
+    let mut poses = vec![None; clip.chosen.len()];
+    let options = ResectOptions { threshold: 6.0 / camera.fx, ..ResectOptions::default() };
+    let total = order.len();
+    let mut views: Vec<(Transform, Vec<Vec2>)> = Vec::new();
+    for (done, i) in order.into_iter().enumerate() {
+        progress.step(done, total)?;
+        let seen = rays(clip, &clip.chosen[i], camera);
+        let normalised: Vec<Vec2> = structure.iter().map(|(landmark, _)| seen[*landmark]).collect();
+        let points: Vec<Vec3> = structure.iter().map(|f| f.1).collect();
+        let start = views.last().map_or(pose, |view| view.0);
+        let found = if i == first { pose } else { resect(&points, &normalised, Some(start), &options)?.cam_from_x };
+        poses[i] = Some(found);
+        views.push((found, seen));
+        if views.len() >= 3 {
+            let wanted: Vec<usize> = structure.iter().map(|f| f.0).collect();
+            structure = triangulate_features(&wanted, &views);
+        }
+    }
+    Ok((poses.into_iter().flatten().collect(), structure))
+}
+
+/// Eq. 8–10: the general head's features take their measured places, the rest follows.
+fn interpolate(head: &GenericHead, structure: &[Feature]) -> Result<Vec<Vec3>, FacewrightError> {
+    let anchors = head.landmarks(&head.positions);
+    let near = |(i, p): &&Feature| (p - anchors[*i]).norm() < FARTHEST_FEATURE;
+    let used: Vec<&Feature> = structure.iter().filter(near).collect();
+    let centres: Vec<Vec3> = used.iter().map(|f| anchors[f.0]).collect();
+    let moves: Vec<Vec3> = used.iter().map(|f| f.1 - anchors[f.0]).collect();
+    let warp = RbfWarp::fit(&centres, &moves, None, &RbfOptions::default())?;
+    Ok(warp.apply(&head.positions))
+}
+
+/// Gives head, poses and features the size at which the eyeballs' centres are `pupils` apart.
+fn to_size(
+    head: &GenericHead,
+    positions: Vec<Vec3>,
+    poses: Vec<Transform>,
+    structure: Vec<Feature>,
+    pupils: f64,
+) -> (Vec<Vec3>, Vec<Transform>, Vec<Feature>) {
+    let centre = |part: &head::Part| {
+        positions[part.vertices.clone()].iter().sum::<Vec3>() / part.vertices.len().max(1) as f64
+    };
+    let eyes: Vec<Vec3> = head.parts[1..3].iter().map(centre).collect();
+    let scale = pupils / (eyes[0] - eyes[1]).norm().max(1e-6);
+    let sized = Similarity { scale, rigid: Transform::identity() };
+    (
+        positions.iter().map(|p| sized.apply(p)).collect(),
+        poses.iter().map(|p| sized.move_pose(p)).collect(),
+        structure.iter().map(|(i, p)| (*i, sized.apply(p))).collect(),
+    )
+}
+
+fn rms(structure: &[Feature], rays: &[Vec2], pose: &Transform, camera: &Camera) -> Option<f64> {
+    let error = |(i, p): &Feature| {
+        let pixel = camera.project(&pose.apply(p))?;
+        Some((pixel - camera.distort(&rays[*i])).norm_squared())
+    };
+    let errors: Vec<f64> = structure.iter().filter_map(error).collect();
+    (!errors.is_empty()).then(|| (errors.iter().sum::<f64>() / errors.len() as f64).sqrt())
+}
+
+/// The similarity that takes one pose of a frame to another, sizes told apart by the distance from the camera.
+fn between(own: &Transform, other: &Transform) -> Similarity {
+    let scale = own.translation.norm() / other.translation.norm().max(1e-9);
+    let rotation = own.rotation.inverse() * other.rotation;
+    let translation = own.rotation.inverse() * (other.translation * scale - own.translation);
+    Similarity { scale, rigid: Transform::new(rotation, translation) }
+}

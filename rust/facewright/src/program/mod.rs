@@ -1,0 +1,172 @@
+//! Arguments, progress and exit codes of the `facewright` program; all work is the library's.
+//!
+//! JSON on standard output with `--json`, progress on standard error, exit 0 done, 1 a clear error, 2 usage.
+
+mod commands;
+mod watch;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use facewright::{Method, board::Page};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// From a filmed head to an animatable head.
+#[derive(Parser)]
+#[command(name = "facewright", version, about)]
+struct Arguments {
+    /// Print the result as JSON on standard output
+    #[arg(long, global = true)]
+    json: bool,
+    /// No progress on standard error
+    #[arg(long, short, global = true)]
+    quiet: bool,
+    /// Folder of generic_head.safetensors.gz and nets/ (default: FACEWRIGHT_ASSETS, or beside the program)
+    #[arg(long, global = true, value_name = "DIR")]
+    assets: Option<PathBuf>,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Writes a checkerboard to print
+    Board {
+        #[command(flatten)]
+        board: BoardArguments,
+        /// Paper
+        #[arg(long, value_enum, default_value = "a4")]
+        page: PageArgument,
+        /// SVG file to write
+        #[arg(short, long, default_value = "board.svg")]
+        output: PathBuf,
+    },
+    /// Calibrates a camera from pictures of a board
+    Calibrate {
+        /// Board pictures, folders of them, or a video
+        #[arg(required = true)]
+        pictures: Vec<PathBuf>,
+        #[command(flatten)]
+        board: BoardArguments,
+        /// Camera file to write
+        #[arg(short, long, default_value = "camera.json")]
+        output: PathBuf,
+    },
+    /// Matches corners of the face between two frames
+    Match {
+        /// First frame
+        a: PathBuf,
+        /// Second frame
+        b: PathBuf,
+        /// Calibrated camera
+        #[arg(long)]
+        camera: Option<PathBuf>,
+        /// Chain of steps
+        #[arg(long, value_enum, default_value = "default")]
+        method: MethodArgument,
+        /// Window of the tracker, pixels, odd
+        #[arg(long, default_value_t = 7)]
+        window: usize,
+        /// Matches file to write
+        #[arg(short, long, default_value = "matches.json")]
+        output: PathBuf,
+    },
+    /// Reconstructs the head
+    Reconstruct {
+        /// Image files, a folder, or a video
+        #[arg(required = true)]
+        frames: Vec<PathBuf>,
+        /// Calibrated camera; without it the focal length is estimated
+        #[arg(long)]
+        camera: Option<PathBuf>,
+        /// Chain of steps
+        #[arg(long, value_enum, default_value = "default")]
+        method: MethodArgument,
+        /// Width and height of the texture, pixels
+        #[arg(long, default_value_t = 2048)]
+        texture_size: u32,
+        /// Distance between the eyes' centres, millimetres, when it is known
+        #[arg(long, value_name = "MM")]
+        interocular_mm: Option<f64>,
+        /// Result folder
+        #[arg(short, long)]
+        output: PathBuf,
+    },
+    /// Draws a reconstructed head over its frames
+    Overlay {
+        /// Result folder of `reconstruct`
+        result: PathBuf,
+        /// The frames it was made from
+        #[arg(required = true)]
+        frames: Vec<PathBuf>,
+        /// Folder to write to
+        #[arg(short, long)]
+        output: PathBuf,
+    },
+}
+
+#[derive(Args)]
+struct BoardArguments {
+    /// Inner corners, columns x rows
+    #[arg(long, default_value = "9x6", value_parser = inner)]
+    inner: (u32, u32),
+    /// Side of a square, millimetres
+    #[arg(long, default_value_t = 25.5)]
+    square_mm: f64,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum MethodArgument {
+    Paper,
+    Default,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum PageArgument {
+    A4,
+    A3,
+    Letter,
+}
+
+impl From<MethodArgument> for Method {
+    fn from(method: MethodArgument) -> Self {
+        match method {
+            MethodArgument::Paper => Self::Paper,
+            MethodArgument::Default => Self::Default,
+        }
+    }
+}
+
+impl From<PageArgument> for Page {
+    fn from(page: PageArgument) -> Self {
+        match page {
+            PageArgument::A4 => Self::A4,
+            PageArgument::A3 => Self::A3,
+            PageArgument::Letter => Self::Letter,
+        }
+    }
+}
+
+fn inner(text: &str) -> Result<(u32, u32), String> {
+    let parsed = text.split_once('x').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+    parsed.filter(|&(a, b)| a >= 3 && b >= 3).ok_or_else(|| "two numbers of at least 3, like 9x6".to_owned())
+}
+
+/// Runs the program.
+pub fn run() -> ExitCode {
+    let arguments = Arguments::parse();
+    let filter = tracing_subscriber::EnvFilter::try_from_env("FACEWRIGHT_LOG").unwrap_or_else(|_| "warn".into());
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    let watch = watch::Watch::start(!arguments.quiet);
+    let outcome = commands::execute(&arguments, watch.progress());
+    watch.stop();
+    match outcome {
+        Ok(summary) => {
+            summary.print(arguments.json);
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("facewright: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Progress on standard error, and Ctrl-C.
+
+use geometry::Progress;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// A thread that shows a job's progress.
+pub struct Watch {
+    progress: Progress,
+    done: Arc<AtomicBool>,
+    thread: JoinHandle<()>,
+}
+
+impl Watch {
+    /// Begins to watch; Ctrl-C cancels the job.
+    pub fn start(visible: bool) -> Self {
+        let progress = Progress::new();
+        let cancelled = progress.clone();
+        if let Err(error) = ctrlc::set_handler(move || cancelled.cancel()) {
+            tracing::warn!("Ctrl-C will not stop cleanly: {error}");
+        }
+        let done = Arc::new(AtomicBool::new(false));
+        let (watched, ended) = (progress.clone(), done.clone());
+        let thread = std::thread::spawn(move || show(&watched, &ended, visible));
+        Self { progress, done, thread }
+    }
+
+    /// The handle to compute with.
+    pub fn progress(&self) -> &Progress {
+        &self.progress
+    }
+
+    /// Ends the display.
+    pub fn stop(self) {
+        self.done.store(true, Ordering::Relaxed);
+        // A display that panicked has nothing more to show.
+        let _ = self.thread.join();
+    }
+}
+
+fn show(progress: &Progress, done: &AtomicBool, visible: bool) {
+    let target = if visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let bar = ProgressBar::with_draw_target(Some(1000), target);
+    if let Ok(style) = ProgressStyle::with_template("{elapsed:>4} {msg:<12} {bar:40}") {
+        bar.set_style(style);
+    }
+    while !done.load(Ordering::Relaxed) {
+        let (stage, fraction) = progress.snapshot();
+        bar.set_message(stage);
+        bar.set_position((fraction * 1000.0) as u64);
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    bar.finish_and_clear();
+}

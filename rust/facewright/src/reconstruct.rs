@@ -1,0 +1,159 @@
+//! The whole path: from frames to a finished head.
+
+use crate::camera::starting_camera;
+use crate::clip::Clip;
+use crate::clock::Clock;
+use crate::shape::{Shape, measure_shape};
+use crate::skin::make_skin;
+use crate::{
+    Assets, CameraSource, FacewrightError, FrameReport, FrameSet, Method, Reconstruction, Report, Scale, SourcedCamera,
+    paper,
+};
+use geometry::{Progress, Similarity, Transform};
+use head::transfer::KeyTransfer;
+use head::visemes::viseme_keys;
+use head::{GenericHead, Key};
+
+/// What to reconstruct with.
+#[derive(Clone, Debug)]
+pub struct ReconstructOptions {
+    /// Chain of steps.
+    pub method: Method,
+    /// Calibrated camera; without it the focal length comes from EXIF or a guess, and is refined.
+    pub camera: Option<SourcedCamera>,
+    /// Width and height of the texture, pixels.
+    pub texture_size: u32,
+    /// Distance between the pupils, metres, when it is known.
+    pub interocular: Option<f64>,
+}
+
+impl Default for ReconstructOptions {
+    fn default() -> Self {
+        Self { method: Method::Default, camera: None, texture_size: 2048, interocular: None }
+    }
+}
+
+impl ReconstructOptions {
+    fn validate(&self) -> Result<(), FacewrightError> {
+        if !(64..=8192).contains(&self.texture_size) {
+            return Err(FacewrightError::Option { name: "the texture size", expected: "64 to 8192 pixels" });
+        }
+        if self.interocular.is_some_and(|m| !(0.04..=0.09).contains(&m)) {
+            return Err(FacewrightError::Option { name: "the distance between the eyes", expected: "40 to 90 mm" });
+        }
+        Ok(())
+    }
+}
+
+/// Reconstructs the head in a clip. Nothing is written.
+pub fn reconstruct(
+    frames: &FrameSet,
+    assets: &Assets,
+    options: &ReconstructOptions,
+    progress: &Progress,
+) -> Result<Reconstruction, FacewrightError> {
+    options.validate()?;
+    if frames.len() < 2 {
+        return Err(FacewrightError::OneFrame);
+    }
+    let mut clock = Clock::start();
+    let sourced = starting_camera(frames, options.camera.as_ref())?;
+    let clip = Clip::look(frames, assets, &sourced, options.interocular, progress)?;
+    clock.lap("landmarks");
+    let shape = match options.method {
+        Method::Default => measure_shape(&clip, &assets.head, &sourced, options.interocular, progress)?,
+        Method::Paper => paper::shape(&clip, &assets.head, &sourced, options.interocular, progress)?,
+    };
+    clock.lap("shape");
+    let keys = carry_keys(&assets.head, &shape)?;
+    clock.lap("keys");
+    let how = (options.texture_size, options.method);
+    let skin = make_skin(&assets.head, &shape.positions, &clip, &shape.camera, &shape.poses, how, progress)?;
+    clock.lap("texture");
+    let mut warnings = clip.warnings.clone();
+    warnings.extend(camera_warning(sourced.source));
+    warnings.extend(shape.warnings.iter().cloned());
+    warnings.extend(skin.warnings);
+    let report = Report {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        method: options.method,
+        camera: SourcedCamera { camera: shape.camera, source: sourced.source },
+        frames: frame_reports(&clip, &shape),
+        points: shape.points,
+        landmarks68: shape.landmarks68.iter().map(|p| [p.x, p.y, p.z]).collect(),
+        scale: scale(options.interocular),
+        fit: shape.fit.clone(),
+        texture: skin.report,
+        timings_s: clock.finish(),
+        warnings,
+    };
+    let mut result = Reconstruction::on(&assets.head, shape.positions, keys, report);
+    (result.texture, result.eyes) = (skin.texture, skin.eyes);
+    Ok(result)
+}
+
+/// The 52 keys on the person's proportions, and the visemes composed of them.
+fn carry_keys(head: &GenericHead, shape: &Shape) -> Result<Vec<Key>, FacewrightError> {
+    let mut keys = KeyTransfer::new(head, &shape.positions)?.keys()?;
+    let visemes = viseme_keys(&keys);
+    keys.extend(visemes);
+    Ok(keys)
+}
+
+fn camera_warning(source: CameraSource) -> Option<String> {
+    let advice = "calibrate with a board for true proportions";
+    match source {
+        CameraSource::Board => None,
+        CameraSource::Exif => Some(format!("the focal length is EXIF's, refined: {advice}")),
+        CameraSource::Estimated => Some(format!("the focal length is estimated from the frames: {advice}")),
+    }
+}
+
+fn scale(interocular: Option<f64>) -> Scale {
+    let source = match interocular {
+        Some(metres) => format!("distance between the pupils, given as {:.1} mm", 1000.0 * metres),
+        None => "usual distance of the pupils and diameter of the iris: good to about 4 %".to_owned(),
+    };
+    Scale { source, metres_per_unit: 1.0 }
+}
+
+fn frame_reports(clip: &Clip, shape: &Shape) -> Vec<FrameReport> {
+    let chosen = |index: usize| clip.chosen.iter().position(|c| c.index == index);
+    let moved = |pose: &Transform, by: &Similarity| by.move_pose(pose);
+    (0..clip.names.len())
+        .map(|i| {
+            let fitted = clip.landmark_fit.frames[i].as_ref();
+            let position = chosen(i);
+            let (used, reason) = match &clip.verdicts[i] {
+                Ok(reason) => (position.is_some(), reason.clone()),
+                Err(reason) => (false, reason.clone()),
+            };
+            FrameReport {
+                name: clip.names[i].clone(),
+                used,
+                reason,
+                cam_from_head: match position {
+                    Some(k) => Some(shape.poses[k]),
+                    None => fitted.map(|f| moved(&f.pose, &shape.head_from_landmark_head)),
+                },
+                reprojection_rms_px: match position {
+                    Some(k) => shape.rms_px[k],
+                    None => fitted.map(|f| f.rms_px),
+                },
+            }
+        })
+        .collect()
+}
+
+/// The generic head itself as a result: its own shape and keys, plain textures, an empty report.
+pub fn generic_head(folder: &std::path::Path) -> Result<Reconstruction, FacewrightError> {
+    let path = folder.join("generic_head.safetensors.gz");
+    let bytes = std::fs::read(&path).map_err(|_| FacewrightError::NoAssets { path })?;
+    let head = GenericHead::from_bytes(&bytes)?;
+    let mut keys = head.keys.clone();
+    let visemes = viseme_keys(&keys);
+    keys.extend(visemes);
+    let mut result = Reconstruction::on(&head, head.positions.clone(), keys, Report::empty());
+    (result.texture, result.eyes) = crate::skin::plain();
+    Ok(result)
+}

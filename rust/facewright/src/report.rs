@@ -1,0 +1,176 @@
+//! The report of a reconstruction: what `report.json` holds.
+
+use crate::FacewrightError;
+use geometry::{Camera, Transform};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Which chain of steps to run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// The steps of Liang, Pan, Chen 2004.
+    Paper,
+    /// Ours.
+    #[default]
+    Default,
+}
+
+/// Where the camera's numbers come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum CameraSource {
+    /// Calibrated with a board.
+    Board,
+    /// Focal length from EXIF, refined.
+    Exif,
+    /// Focal length guessed from the usual field of view, refined: the head's depth is uncertain with it.
+    Estimated,
+}
+
+/// The camera and where it comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SourcedCamera {
+    /// The numbers.
+    #[serde(flatten)]
+    pub camera: Camera,
+    /// Their origin.
+    #[serde(default = "board")]
+    pub source: CameraSource,
+}
+
+fn board() -> CameraSource {
+    CameraSource::Board
+}
+
+/// What became of one frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrameReport {
+    /// File name without extension.
+    pub name: String,
+    /// Whether shape and texture were taken from it.
+    pub used: bool,
+    /// Why, or why not.
+    pub reason: String,
+    /// Head pose; `null` where no face was found.
+    pub cam_from_head: Option<Transform>,
+    /// Root mean square distance of its observations from the model, pixels.
+    pub reprojection_rms_px: Option<f64>,
+}
+
+/// The size of the head and what it rests on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Scale {
+    /// What fixed the size.
+    pub source: String,
+    /// Metres per unit of the files written: 1.
+    pub metres_per_unit: f64,
+}
+
+/// How well the head fits what was seen.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FitReport {
+    /// Components of the face class that were used.
+    pub components: usize,
+    /// Root mean square of the class's coefficients, in its standard deviations: above 2, the face is unusual for it.
+    pub coefficient_rms: f64,
+    /// Part of the matches that the head's motion between two frames explains, 0…1.
+    pub epipolar_agreement: f64,
+    /// Median distance of the measured points from the head's surface, millimetres.
+    pub points_median_mm: f64,
+    /// Median distance of the landmarks from their anchors, pixels.
+    pub landmarks_median_px: f64,
+    /// Distance between the eyeballs' centres, millimetres.
+    pub interocular_mm: f64,
+}
+
+/// How the texture was made.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TextureReport {
+    /// Width and height, pixels.
+    pub size: u32,
+    /// Part of the skin's texels that some frame saw, 0…1.
+    pub seen: f64,
+    /// The light of the room as the frames showed it; `overlay` lights the head with it.
+    pub shading: Option<texture::Shading>,
+    /// Gain of each used frame, red, green, blue.
+    pub gains: BTreeMap<String, [f64; 3]>,
+}
+
+/// `report.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// Version of Facewright.
+    pub version: String,
+    /// Chain of steps.
+    pub method: Method,
+    /// The camera.
+    pub camera: SourcedCamera,
+    /// Every frame given.
+    pub frames: Vec<FrameReport>,
+    /// Number of measured 3D points.
+    pub points: usize,
+    /// iBUG landmarks on the result, head frame, metres.
+    pub landmarks68: Vec<[f64; 3]>,
+    /// Size.
+    pub scale: Scale,
+    /// Fit.
+    pub fit: FitReport,
+    /// Texture.
+    pub texture: TextureReport,
+    /// Seconds per stage.
+    pub timings_s: BTreeMap<String, f64>,
+    /// What the artist should know.
+    pub warnings: Vec<String>,
+}
+
+impl Report {
+    /// The report of a head that nothing was measured of.
+    pub(crate) fn empty() -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            method: Method::Default,
+            camera: SourcedCamera { camera: Camera::centred(1, 1, 1.0), source: CameraSource::Estimated },
+            frames: Vec::new(),
+            points: 0,
+            landmarks68: Vec::new(),
+            scale: Scale { source: "generic head".to_owned(), metres_per_unit: 1.0 },
+            fit: FitReport::default(),
+            texture: TextureReport::default(),
+            timings_s: BTreeMap::new(),
+            warnings: Vec::new(),
+        }
+    }
+
+    /// Reads `report.json`.
+    pub fn read(path: &Path) -> Result<Self, FacewrightError> {
+        let no_result = |reason: String| FacewrightError::NoResult {
+            path: path.parent().unwrap_or(Path::new(".")).to_owned(),
+            reason,
+        };
+        let text = std::fs::read_to_string(path).map_err(|e| no_result(format!("report.json: {e}")))?;
+        serde_json::from_str(&text).map_err(|e| no_result(format!("report.json: {e}")))
+    }
+}
+
+impl SourcedCamera {
+    /// Reads a `camera.json`.
+    pub fn read(path: &Path) -> Result<Self, FacewrightError> {
+        let read = |reason: String| FacewrightError::Read { path: path.to_owned(), reason };
+        Self::parse(&std::fs::read_to_string(path).map_err(|e| read(e.to_string()))?).map_err(|e| match e {
+            FacewrightError::Read { reason, .. } => read(reason),
+            other => other,
+        })
+    }
+
+    /// Reads the text of a `camera.json`: the camera itself, or an object that holds it as `camera`.
+    pub fn parse(text: &str) -> Result<Self, FacewrightError> {
+        let read = |e: serde_json::Error| FacewrightError::Read { path: "camera.json".into(), reason: e.to_string() };
+        let value: serde_json::Value = serde_json::from_str(text).map_err(read)?;
+        let inner = value.get("camera").cloned().unwrap_or(value);
+        let camera: Self = serde_json::from_value(inner).map_err(read)?;
+        camera.camera.validate()?;
+        Ok(camera)
+    }
+}

@@ -1,0 +1,201 @@
+//! Our way to the shape: tracks, bundle, class, free deformation, eyes.
+
+use crate::clip::{Clip, head_size};
+use crate::select::median;
+use crate::solve::{SolveOptions, Structure, solve};
+use crate::tracks::{FaceTrack, FollowOptions, TrackedFrame, follow};
+use crate::{FacewrightError, FitReport, SourcedCamera};
+use geometry::{Camera, Progress, Similarity, Transform, Vec3};
+use head::deform::{DeformOptions, refine};
+use head::eyes::{EyeFit, EyeOptions, IrisObservation, carry_parts, fit_eyes, place_eyes};
+use head::fit::{CloudFrame, FitOptions, HeadFit, fit_cloud};
+use head::GenericHead;
+use head::topology::IBUG68;
+use motion::triangulate::triangulate;
+
+/// Fewer skin points than this do not improve on the landmarks.
+const LEAST_POINTS: usize = 40;
+/// Tracking and fitting, each time from the better head.
+const ROUNDS: usize = 2;
+
+/// The person's shape and where the camera stood.
+pub struct Shape {
+    /// The camera, refined where it was not calibrated.
+    pub camera: Camera,
+    /// All vertices at rest, head frame, metres.
+    pub positions: Vec<Vec3>,
+    /// Pose of every chosen frame.
+    pub poses: Vec<Transform>,
+    /// Reprojection error of every chosen frame, pixels.
+    pub rms_px: Vec<Option<f64>>,
+    /// Takes poses of the landmark fit to this head.
+    pub head_from_landmark_head: Similarity,
+    /// iBUG landmarks, head frame, metres.
+    pub landmarks68: Vec<Vec3>,
+    /// Measured points.
+    pub points: usize,
+    /// How well it fits.
+    pub fit: FitReport,
+    /// What the artist should know.
+    pub warnings: Vec<String>,
+}
+
+/// The head as it is known at some stage, with the poses of the chosen frames.
+pub struct Known {
+    /// All vertices.
+    pub positions: Vec<Vec3>,
+    /// Poses of the chosen frames.
+    pub poses: Vec<Transform>,
+    /// Their camera.
+    pub camera: Camera,
+}
+
+/// One round's result.
+struct Measured {
+    structure: Structure,
+    fit: HeadFit,
+}
+
+/// Measures the shape of the head in a clip.
+pub fn measure_shape(
+    clip: &Clip,
+    head: &GenericHead,
+    camera: &SourcedCamera,
+    interocular: Option<f64>,
+    progress: &Progress,
+) -> Result<Shape, FacewrightError> {
+    let mut known = Known {
+        positions: clip.landmark_fit.positions.clone(),
+        poses: clip.chosen.iter().map(|c| clip.pose(c)).collect(),
+        camera: clip.landmark_fit.camera,
+    };
+    let options = FitOptions { size: head_size(interocular), ..FitOptions::default() };
+    let solve_options = SolveOptions { focal_sigma: 0.5 * camera.source.focal_sigma(), ..SolveOptions::default() };
+    let mut last: Option<Measured> = None;
+    let mut head_from_landmark_head = Similarity::identity();
+    for _ in 0..ROUNDS {
+        let tracks = track_clip(clip, head, &known, progress)?;
+        if tracks.len() < LEAST_POINTS {
+            break;
+        }
+        let structure = solve(&tracks, &known.poses, &known.camera, &solve_options, progress)?;
+        if structure.cloud.len() < LEAST_POINTS {
+            break;
+        }
+        let frames = cloud_frames(clip, &structure);
+        let fit =
+            fit_cloud(head, &structure.camera, &frames, &structure.cloud, &clip.landmark_fit, &options, progress)?;
+        let carried = refine(head, &fit, &structure.cloud, &DeformOptions::default())?;
+        let poses = structure.poses.iter().map(|p| fit.head_from_cloud.move_pose(p)).collect();
+        head_from_landmark_head = chain(&fit.head_from_cloud, &head_from_landmark_head);
+        known = Known { positions: carried.positions, poses, camera: structure.camera };
+        last = Some(Measured { structure, fit });
+    }
+    let mut warnings = Vec::new();
+    if last.is_none() {
+        warnings.push(
+            "the skin shows too little texture to be tracked: the shape rests on the landmarks alone".to_owned(),
+        );
+    }
+    let eyes = finish_eyes(head, clip, &mut known)?;
+    let slips = last.as_ref().map_or(&clip.landmark_fit.slips, |m| &m.fit.slips);
+    Ok(Shape {
+        fit: fit_report(clip, last.as_ref(), &eyes),
+        landmarks68: landmarks68(head, &known.positions, slips),
+        points: last.as_ref().map_or(0, |m| m.structure.cloud.len()),
+        rms_px: rms(clip, last.as_ref()),
+        camera: known.camera,
+        positions: known.positions,
+        poses: known.poses,
+        head_from_landmark_head,
+        warnings,
+    })
+}
+
+/// The iBUG landmarks where the net sees them on this person: the anchors and how far it slips from them.
+pub fn landmarks68(head: &GenericHead, positions: &[Vec3], slips: &[Vec3]) -> Vec<Vec3> {
+    let all = head.landmarks(positions);
+    IBUG68.iter().map(|&i| all[i] + slips.get(i).copied().unwrap_or_else(Vec3::zeros)).collect()
+}
+
+/// `c_from_a` of `c_from_b` and `b_from_a`.
+fn chain(c_from_b: &Similarity, b_from_a: &Similarity) -> Similarity {
+    let rotation = c_from_b.rigid.rotation * b_from_a.rigid.rotation;
+    let translation = c_from_b.apply(&b_from_a.rigid.translation);
+    Similarity { scale: c_from_b.scale * b_from_a.scale, rigid: Transform::new(rotation, translation) }
+}
+
+fn track_clip(
+    clip: &Clip,
+    head: &GenericHead,
+    known: &Known,
+    progress: &Progress,
+) -> Result<Vec<FaceTrack>, FacewrightError> {
+    let frames: Vec<TrackedFrame> = clip
+        .chosen
+        .iter()
+        .zip(&known.poses)
+        .map(|(c, pose)| TrackedFrame { pyramid: &c.pyramid, mask: &c.mask, cam_from_head: *pose })
+        .collect();
+    let skin = head.skin();
+    let visible: Vec<[u32; 3]> = head
+        .triangles(skin)
+        .into_iter()
+        .filter(|t| !t.iter().any(|&v| head.cavity[v as usize]))
+        .collect();
+    follow(&frames, &known.camera, &known.positions, &visible, &FollowOptions::default(), progress)
+}
+
+fn cloud_frames<'a>(clip: &'a Clip, structure: &Structure) -> Vec<CloudFrame<'a>> {
+    let chosen = clip.chosen.iter().zip(&structure.poses);
+    chosen.map(|(c, pose)| CloudFrame { seen: &clip.seen[c.index], pose: *pose, index: c.index }).collect()
+}
+
+/// Fits the eyeballs to sockets and irises and takes lashes, teeth and tongue along.
+pub fn finish_eyes(head: &GenericHead, clip: &Clip, known: &mut Known) -> Result<[EyeFit; 2], FacewrightError> {
+    let irises = [0, 1].map(|side| iris_in_head(clip, &known.poses, &known.camera, side));
+    let positions = &mut known.positions;
+    carry_parts(head, positions)?;
+    let eyes = fit_eyes(head, positions, &irises, &EyeOptions::default())?;
+    place_eyes(head, positions, &eyes)?;
+    Ok(eyes)
+}
+
+/// Where an iris is in the head, from the frames in which the person looks at about the same place of the head's own
+/// frame as usual: while the head turns, the gaze may stay on the camera, and then only near-frontal frames agree.
+fn iris_in_head(clip: &Clip, poses: &[Transform], camera: &Camera, side: usize) -> Option<IrisObservation> {
+    let frontal = |pose: &Transform| crate::select::yaw_pitch(pose).0.abs().to_degrees() < 12.0;
+    let mut rays = Vec::new();
+    let mut diameters = Vec::new();
+    for (chosen, pose) in clip.chosen.iter().zip(poses) {
+        let Some(iris) = clip.face(chosen).map(|f| &f.irises[side]).filter(|i| i.visible && frontal(pose)) else {
+            continue;
+        };
+        rays.push((*pose, camera.normalise(&iris.centre)));
+        diameters.push(iris.radius / camera.fx);
+    }
+    let found = triangulate(&rays)?;
+    let depths = rays.iter().zip(&diameters).map(|((pose, _), d)| d * pose.apply(&found.point).z);
+    Some(IrisObservation { centre: found.point, radius: median(depths) })
+}
+
+fn rms(clip: &Clip, measured: Option<&Measured>) -> Vec<Option<f64>> {
+    match measured {
+        Some(m) => m.structure.rms_px.clone(),
+        None => clip.chosen.iter().map(|c| clip.landmark_fit.frames[c.index].as_ref().map(|f| f.rms_px)).collect(),
+    }
+}
+
+fn fit_report(clip: &Clip, measured: Option<&Measured>, eyes: &[EyeFit; 2]) -> FitReport {
+    let coefficients = measured.map_or(&clip.landmark_fit.coefficients, |m| &m.fit.coefficients);
+    let squares: f64 = coefficients.iter().map(|c| c * c).sum();
+    let errors = clip.landmark_fit.landmark_errors_px.iter().copied().filter(|e| e.is_finite());
+    FitReport {
+        components: coefficients.len(),
+        coefficient_rms: (squares / coefficients.len().max(1) as f64).sqrt(),
+        epipolar_agreement: measured.map_or(0.0, |m| m.structure.agreement),
+        points_median_mm: measured.map_or(0.0, |m| 1000.0 * m.fit.median_distance),
+        landmarks_median_px: median(errors),
+        interocular_mm: 1000.0 * (eyes[0].centre - eyes[1].centre).norm(),
+    }
+}

@@ -1,0 +1,36 @@
+//! Nouns and pure mathematics shared by every layer: no pixels, no files.
+//!
+//! # Entry points
+//! - [`Camera`]: pinhole with two radial terms; project, undistort.
+//! - [`Transform`]: rigid motion, always named `b_from_a`.
+//! - [`Similarity`]: rigid motion with scale, and its least-squares fit.
+//! - [`mesh`]: triangles, quads, normals, closest points.
+//! - [`least_squares`]: robust losses and a dense Levenberg–Marquardt driver.
+//! - [`rbf`]: affine + radial basis function warps (paper, eq. 8–10).
+//! - [`Progress`]: what a long loop reports to, and how it is cancelled.
+//!
+//! # Conventions
+//! Metres, radians, pixels. Cameras look along +z, x right, y down, pixel centres at integers.
+//! Transforms are `b_from_a`; points are `x_in_a`. The head frame has its origin between the eyes,
+//! +x to the subject's left, +y up, +z out of the face.
+#![forbid(unsafe_code)]
+
+mod camera;
+pub mod least_squares;
+pub mod mesh;
+mod progress;
+pub mod rbf;
+mod similarity;
+mod transform;
+
+pub use camera::{Camera, CameraError, CameraJacobian};
+pub use progress::{Cancelled, Progress};
+pub use similarity::Similarity;
+pub use transform::{Transform, skew};
+
+/// A point or direction in space, metres unless a name says otherwise.
+pub type Vec3 = nalgebra::Vector3<f64>;
+/// A point or direction in the image, pixels, or normalised camera coordinates.
+pub type Vec2 = nalgebra::Vector2<f64>;
+/// A 3×3 matrix.
+pub type Mat3 = nalgebra::Matrix3<f64>;

@@ -1,0 +1,281 @@
+//! First stage: landmarks of all frames give the shape, every pose and every expression.
+
+use super::bundle::{Bundle, FrameData, FrameState, Sighting, State};
+use super::contour::JawOutline;
+use super::model::{LandmarkModel, ModelLandmark, ShapeModel};
+use super::{FitOptions, FittedFrame, FrameObservation, LandmarkFit, pose, size, slip};
+use crate::{GenericHead, HeadError};
+use faer::Mat;
+use geometry::least_squares::Loss;
+use geometry::{Camera, Progress, Transform, Vec2, Vec3, mesh};
+use rayon::prelude::*;
+
+/// Fewer landmarks than this do not give a pose.
+const LEAST_LANDMARKS: usize = 20;
+/// What a fixed focal length may move, relative: enough to keep the equations regular, too little to see.
+const FIXED_FOCAL: f64 = 1e-7;
+
+/// Fits shape, poses and expressions to the landmarks of all frames.
+///
+/// # Errors
+/// [`HeadError::Landmarks`] when a frame's lists do not have the anchors' length, [`HeadError::NoFace`] when no frame shows
+/// a face, [`HeadError::NoSize`] when the size cannot be found, [`HeadError::Cancelled`].
+pub fn fit_landmarks(
+    head: &GenericHead,
+    camera: &Camera,
+    frames: &[FrameObservation],
+    options: &FitOptions,
+    progress: &Progress,
+) -> Result<LandmarkFit, HeadError> {
+    progress.stage("fitting the head to the landmarks")?;
+    let context = Context::new(head, *camera, frames, options)?;
+    let poses = context.initial_poses();
+    let seen: Vec<usize> = (0..frames.len()).filter(|&f| poses[f].is_some()).collect();
+    let start: Vec<Transform> = poses.iter().flatten().copied().collect();
+    let keys = key_views(&start, options.key_frames, options.largest_turn);
+    if keys.is_empty() {
+        return Err(HeadError::NoFace);
+    }
+    let mut state = context.start(&keys.iter().map(|&k| start[k]).collect::<Vec<_>>());
+    for round in 0..options.rounds.max(1) {
+        progress.step(round, options.rounds.max(1))?;
+        let chosen: Vec<usize> = keys.iter().map(|&k| seen[k]).collect();
+        state = context.bundle(&chosen, &state).minimise(state, 5, progress)?;
+    }
+    let all = context.all_frames(&seen, &keys, &start, state);
+    context.report(&seen, &all)
+}
+
+/// What the rounds share.
+pub(super) struct Context<'a> {
+    pub head: &'a GenericHead,
+    pub camera: Camera,
+    pub frames: &'a [FrameObservation],
+    pub options: &'a FitOptions,
+    pub shape: ShapeModel,
+    pub landmarks: LandmarkModel,
+    pub slip_precision: Mat<f64>,
+    outline: JawOutline,
+}
+
+impl<'a> Context<'a> {
+    pub fn new(
+        head: &'a GenericHead,
+        camera: Camera,
+        frames: &'a [FrameObservation],
+        options: &'a FitOptions,
+    ) -> Result<Self, HeadError> {
+        let wanted = head.anchors.len();
+        for (frame, seen) in frames.iter().enumerate() {
+            for found in [seen.landmarks.len(), seen.sigma_px.len()] {
+                if found != wanted {
+                    return Err(HeadError::Landmarks { frame, found, wanted });
+                }
+            }
+        }
+        let shape = ShapeModel::new(head);
+        let normals = mesh::vertex_normals(&head.positions, &head.triangles(head.skin()));
+        let landmarks = LandmarkModel::new(head, &shape, &normals);
+        let slip_precision =
+            slip::precision(&landmarks.points, options.slip_scale, options.slip_common, options.slip_length)
+                .ok_or_else(|| HeadError::Format { reason: "two landmarks have one anchor or no spread".into() })?;
+        Ok(Self { head, camera, frames, options, shape, landmarks, slip_precision, outline: JawOutline::new(head) })
+    }
+
+    /// Poses of the mean head in every frame that shows enough of it.
+    fn initial_poses(&self) -> Vec<Option<Transform>> {
+        let anchors = self.head.landmarks(&self.head.positions);
+        let estimate = |seen: &FrameObservation| {
+            let visible: Vec<&ModelLandmark> = self.visible(seen).collect();
+            if visible.len() < LEAST_LANDMARKS {
+                return None;
+            }
+            let pixels_per_metre = spread(visible.iter().map(|l| seen.landmarks[l.index]))
+                / spread(visible.iter().map(|l| anchors[l.index].xy()));
+            let sightings: Vec<pose::Sighting> = visible
+                .iter()
+                .map(|l| pose::Sighting {
+                    point: anchors[l.index],
+                    pixel: seen.landmarks[l.index],
+                    sigma_px: seen.sigma_px[l.index].hypot((l.sigma + self.options.view_error) * pixels_per_metre),
+                })
+                .collect();
+            pose::estimate(&self.camera, &sightings, seen.initial_pose)
+        };
+        self.frames.par_iter().map(estimate).collect()
+    }
+
+    fn visible(&self, seen: &'a FrameObservation) -> impl Iterator<Item = &ModelLandmark> {
+        let known = |l: &&ModelLandmark| {
+            let sigma = seen.sigma_px[l.index];
+            sigma > 0.0 && sigma.is_finite() && seen.landmarks[l.index].iter().all(|x| x.is_finite())
+        };
+        self.landmarks.points.iter().filter(known)
+    }
+
+    fn start(&self, poses: &[Transform]) -> State {
+        let frame = |pose: &Transform| FrameState { pose: *pose, expression: vec![0.0; self.shape.keys.len()] };
+        State {
+            coefficients: vec![0.0; self.shape.size()],
+            log_focal: 0.0,
+            slips: vec![0.0; 2 * self.landmarks.points.len()],
+            frames: poses.iter().map(frame).collect(),
+        }
+    }
+
+    /// The problem for chosen frames, with visibility and contours as the state sees them.
+    fn bundle(&self, chosen: &[usize], state: &State) -> Bundle<'_> {
+        let positions = self.shape.positions(&state.coefficients);
+        let weights = view_weights(&state.frames.iter().map(|f| f.pose).collect::<Vec<_>>(), self.options.view_correlation);
+        let data = |((&frame, own), weight): ((&usize, &FrameState), f64)| FrameData {
+            sightings: self.sightings(&self.frames[frame], &own.pose),
+            contour: self.contour(&self.frames[frame], &own.pose, &positions),
+            weight,
+        };
+        let frames = chosen.par_iter().zip(&state.frames).zip(weights).map(data).collect();
+        Bundle {
+            camera: self.camera,
+            landmarks: &self.landmarks,
+            first_key: self.shape.identity,
+            frames,
+            sigmas: self.sigmas(),
+            slip_precision: &self.slip_precision,
+            expression_sigma: self.options.expression_sigma,
+            log_focal_sigma: self.options.focal_sigma.max(FIXED_FOCAL),
+            loss: Loss::Huber(self.options.robust_limit),
+        }
+    }
+
+    /// Standard deviations of the shape's coefficients.
+    pub fn sigmas(&self) -> Vec<f64> {
+        let sigma = |k| if k < self.shape.identity { self.options.identity_sigma } else { self.options.shared_expression_sigma };
+        (0..self.shape.size()).map(sigma).collect()
+    }
+
+    /// Landmarks that face the camera, with the net's jitter and view error as variance.
+    pub fn sightings(&self, seen: &FrameObservation, pose: &Transform) -> Vec<Sighting> {
+        let eye = pose.inverse().translation;
+        let view_error = self.options.view_error * (1.0 + (turn(pose) / self.options.largest_turn).powi(2));
+        let known: std::collections::BTreeSet<usize> = self.visible(seen).map(|l| l.index).collect();
+        let sighting = |(landmark, l): (usize, &ModelLandmark)| {
+            if !known.contains(&l.index) {
+                return None;
+            }
+            let facing = l.normal.dot(&(eye - l.point.mean).normalize());
+            let trust = ((facing + 0.1) / 0.6).clamp(0.0, 1.0).powi(2);
+            let view_px = view_error * self.camera.fx / pose.apply(&l.point.mean).z;
+            let variance = seen.sigma_px[l.index].powi(2) + view_px * view_px;
+            let information = trust / variance;
+            (trust > 0.0).then(|| Sighting { landmark, pixel: seen.landmarks[l.index], information })
+        };
+        self.landmarks.points.iter().enumerate().filter_map(sighting).collect()
+    }
+
+    fn contour(&self, seen: &FrameObservation, pose: &Transform, positions: &[Vec3]) -> Vec<super::contour::ContourSighting> {
+        if !self.options.contour_error.is_finite() {
+            return Vec::new();
+        }
+        let error = self.options.contour_error;
+        self.outline.sightings(&self.shape, &self.camera, pose, positions, &seen.landmarks, error)
+    }
+
+    /// All frames that were seen, each fitted to the shape that the key frames gave.
+    fn all_frames(&self, seen: &[usize], keys: &[usize], start: &[Transform], state: State) -> State {
+        let expression = vec![0.0; self.shape.keys.len()];
+        let mut frames: Vec<FrameState> =
+            start.iter().map(|pose| FrameState { pose: *pose, expression: expression.clone() }).collect();
+        for (&key, own) in keys.iter().zip(&state.frames) {
+            frames[key] = own.clone();
+        }
+        let mut all = State { frames, ..state };
+        for _ in 0..2 {
+            all.frames = self.bundle(seen, &all).minimise_frames(&all);
+        }
+        all
+    }
+
+    fn report(&self, seen: &[usize], state: &State) -> Result<LandmarkFit, HeadError> {
+        let bundle = self.bundle(seen, state);
+        let camera = bundle.camera_at(state.log_focal);
+        let positions = self.shape.positions(&state.coefficients);
+        let poses: Vec<_> = seen.iter().zip(&state.frames).map(|(&f, own)| (&self.frames[f], own.pose)).collect();
+        let scale = size::scale(self.head, &positions, &camera, &poses, &self.options.size)?;
+        let (identity, shared) = state.coefficients.split_at(self.shape.identity);
+        let mut frames = vec![None; self.frames.len()];
+        let mut errors = vec![Vec::new(); self.head.anchors.len()];
+        for (i, (&frame, own)) in seen.iter().zip(&state.frames).enumerate() {
+            let found = bundle.errors(i, state);
+            for (s, e) in bundle.frames[i].sightings.iter().zip(&found) {
+                errors[self.landmarks.points[s.landmark].index].push(*e);
+            }
+            let rms_px = (found.iter().map(|e| e * e).sum::<f64>() / found.len().max(1) as f64).sqrt();
+            let pose = Transform::new(own.pose.rotation, own.pose.translation * scale);
+            let expression = self.shape.all_keys(&own.expression, self.head.keys.len());
+            frames[frame] = Some(FittedFrame { pose, expression, rms_px, trusted: turn(&own.pose) <= self.options.largest_turn });
+        }
+        Ok(LandmarkFit {
+            camera,
+            coefficients: identity.to_vec(),
+            shared_expression: self.shape.all_keys(shared, self.head.keys.len()),
+            frames,
+            scale,
+            positions: positions.iter().map(|p| p * scale).collect(),
+            slips: self.slips(&state.slips, scale),
+            landmark_errors_px: errors.into_iter().map(median).collect(),
+        })
+    }
+
+    /// Slips of all landmarks as vectors.
+    pub fn slips(&self, slips: &[f64], scale: f64) -> Vec<Vec3> {
+        let mut all = vec![Vec3::zeros(); self.head.anchors.len()];
+        for (l, landmark) in self.landmarks.points.iter().enumerate() {
+            let [a, b] = &landmark.tangents;
+            all[landmark.index] = (a * slips[2 * l] + b * slips[2 * l + 1]) * scale;
+        }
+        all
+    }
+}
+
+/// Middle value; not a number for none.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// Root mean square distance from the mean.
+fn spread(points: impl Iterator<Item = Vec2> + Clone) -> f64 {
+    let count = points.clone().count().max(1) as f64;
+    let mean = points.clone().sum::<Vec2>() / count;
+    (points.map(|p| (p - mean).norm_squared()).sum::<f64>() / count).sqrt()
+}
+
+/// Angle between the direction of the face and that to the camera, radians.
+fn turn(pose: &Transform) -> f64 {
+    let towards = (pose.rotation.inverse() * -pose.translation).normalize();
+    towards.z.clamp(-1.0, 1.0).acos()
+}
+
+/// Up to `limit` views, as different as possible, beginning with the middle one; ascending. Views turned too far are taken
+/// only when there are no others.
+fn key_views(poses: &[Transform], limit: usize, largest_turn: f64) -> Vec<usize> {
+    let trusted: Vec<usize> = (0..poses.len()).filter(|&i| turn(&poses[i]) <= largest_turn).collect();
+    let mut free = if trusted.is_empty() { (0..poses.len()).collect() } else { trusted };
+    let farthest = |a: &usize| free.iter().map(|&b| poses[*a].angle_to(&poses[b])).fold(0.0, f64::max);
+    let Some(first) = free.iter().copied().min_by(|a, b| farthest(a).total_cmp(&farthest(b))) else { return free };
+    let mut chosen = vec![first];
+    let mut distance: Vec<f64> = poses.iter().map(|p| p.angle_to(&poses[first])).collect();
+    while chosen.len() < limit {
+        free.retain(|i| chosen.last() != Some(i));
+        let Some(next) = free.iter().copied().max_by(|&a, &b| distance[a].total_cmp(&distance[b])) else { break };
+        chosen.push(next);
+        distance.iter_mut().zip(poses).for_each(|(d, p)| *d = d.min(p.angle_to(&poses[next])));
+    }
+    chosen.sort_unstable();
+    chosen
+}
+
+/// One over the number of views that a view repeats, itself included.
+pub(super) fn view_weights(poses: &[Transform], correlation: f64) -> Vec<f64> {
+    let alike = |a: &Transform, b: &Transform| (-0.5 * (a.angle_to(b) / correlation).powi(2)).exp();
+    poses.iter().map(|a| 1.0 / poses.iter().map(|b| alike(a, b)).sum::<f64>()).collect()
+}

@@ -1,0 +1,31 @@
+//! The generic head and what is done with it: linear class, fit, deformation, expressions, eyes. No pixels, no files.
+//!
+//! # Entry points
+//! - [`GenericHead`]: topology, UVs, identity class, expression keys, landmark anchors.
+//! - [`fit::fit_landmarks`], [`fit::fit_cloud`]: from observations to the person's head.
+//! - [`deform`]: carries the whole head along with measured features.
+//! - [`surface::SkinSurface`]: closest points on the skin.
+//!
+//! # Conventions
+//! Head frame: origin between the eyes, +x the subject's left, +y up, +z out of the face; metres. "Left" is the
+//! subject's left everywhere. Vertices, quads and keys keep the order of the generic head from the asset to the GLB.
+#![forbid(unsafe_code)]
+
+mod error;
+pub mod visemes;
+pub mod expressions;
+pub mod eyes_paper;
+pub mod eyes;
+pub mod warp;
+pub mod transfer;
+pub mod contact;
+pub mod deform;
+pub mod fit;
+mod format;
+mod generic;
+pub mod gradient;
+pub mod surface;
+pub mod topology;
+
+pub use error::HeadError;
+pub use generic::{Anchor, GenericHead, IdentityClass, Key, Part, part};

@@ -1,0 +1,29 @@
+//! Observations in, cameras and points out: no pixels, no files.
+//!
+//! # Entry points
+//! - [`calibrate`]: the camera from views of a board.
+//! - [`two_view`]: the motion between two frames, robustly or as in the paper.
+//! - [`triangulate`]: a point from its rays.
+//! - [`resect`]: the pose of a frame from points whose place is known.
+//! - [`bundle`]: all poses and points at once.
+//! - [`sequence`]: all of it, from tracks to poses and points.
+//!
+//! # Conventions
+//! Metres, radians, pixels; transforms are `b_from_a`; "normalised" coordinates are undistorted `X/Z, Y/Z`. A head that
+//! turns before a still camera is treated as a still head before a moving camera: poses are `cam_from_head`. Matches on the
+//! background, which stands still, contradict that and are rejected like any other wrong match.
+//!
+//! Source: paper, sections 2.2 and 2.5.
+#![forbid(unsafe_code)]
+
+pub mod bundle;
+pub mod calibrate;
+mod error;
+mod polynomial;
+mod random;
+pub mod resect;
+pub mod sequence;
+pub mod triangulate;
+pub mod two_view;
+
+pub use error::MotionError;

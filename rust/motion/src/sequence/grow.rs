@@ -1,0 +1,319 @@
+//! Points from poses and poses from points in turn, with bundles between.
+
+use super::start::{pair_poses, standing_still};
+use super::{PointTrack, Sequence, SequenceOptions};
+use crate::MotionError;
+use crate::bundle::{Bundle, BundleOptions, BundleReport, Observation, PosePrior, adjust, reject_outliers};
+use crate::resect::{ResectOptions, resect};
+use crate::triangulate::triangulate_robust;
+use geometry::least_squares::Loss;
+use geometry::{Camera, Progress, Transform, Vec2, Vec3};
+use rayon::prelude::*;
+
+/// Fewest known points from which a frame is placed.
+const FEWEST_POINTS: usize = 8;
+/// Poses from landmarks are off by several pixels: the first points are sought with the threshold widened by these factors.
+const WIDENING: [f64; 3] = [8.0, 4.0, 2.0];
+/// Observations farther off than this many robust deviations are rejected before the last bundle.
+const REJECTION: f64 = 4.0;
+
+/// A sighting with its undistorted coordinates.
+pub(super) struct Seen {
+    pub(super) frame: usize,
+    pub(super) normalised: Vec2,
+    pixel: Vec2,
+    sigma_px: f64,
+}
+
+/// What is known so far.
+pub(super) struct Reconstruction<'a> {
+    pub(super) options: &'a SequenceOptions,
+    camera: Camera,
+    /// Sightings of each track, by frame.
+    pub(super) sightings: Vec<Vec<Seen>>,
+    /// Tracks that stand still while others move: they take no part in the beginning.
+    pub(super) still: Vec<bool>,
+    poses: Vec<Option<Transform>>,
+    failures: Vec<Option<MotionError>>,
+    points: Vec<Option<Vec3>>,
+    /// Initial poses that the tracks do not contradict.
+    anchors: Vec<Option<Transform>>,
+    /// The frame that defines the head frame where there are no anchors.
+    reference: usize,
+}
+
+impl<'a> Reconstruction<'a> {
+    pub(super) fn new(tracks: &[PointTrack], camera: &Camera, options: &'a SequenceOptions) -> Self {
+        let seen = |track: &PointTrack| {
+            let mut seen: Vec<Seen> = track
+                .observations
+                .iter()
+                .map(|o| {
+                    let normalised = camera.normalise(&o.pixel);
+                    Seen { frame: o.frame, normalised, pixel: o.pixel, sigma_px: o.sigma_px }
+                })
+                .collect();
+            seen.sort_by_key(|s| s.frame);
+            seen
+        };
+        Self {
+            options,
+            camera: *camera,
+            sightings: tracks.par_iter().map(seen).collect(),
+            still: standing_still(tracks, options.threshold_px),
+            poses: vec![None; options.frames],
+            failures: vec![None; options.frames],
+            points: vec![None; tracks.len()],
+            anchors: vec![None; options.frames],
+            reference: 0,
+        }
+    }
+
+    /// The threshold in normalised units.
+    pub(super) fn threshold(&self) -> f64 {
+        self.options.threshold_px / self.camera.fx
+    }
+
+    /// Begins with poses that are off by some pixels: points under a wide threshold, a bundle, a narrower one.
+    pub(super) fn start_from_poses(&mut self, poses: &[Option<Transform>], progress: &Progress) -> Result<(), MotionError> {
+        self.poses = poses.to_vec();
+        self.anchors = poses.to_vec();
+        for widening in WIDENING {
+            self.triangulate_all(widening, false);
+            self.adjust(widening, 10, false, progress)?;
+            self.drop_contradicted_anchors();
+        }
+        Ok(())
+    }
+
+    /// An initial pose far from where the tracks put its frame is a failed fit: it no longer holds anything.
+    fn drop_contradicted_anchors(&mut self) {
+        let limit = 4.0 * self.options.initial_sigma_rad;
+        for (anchor, pose) in self.anchors.iter_mut().zip(&self.poses) {
+            *anchor = anchor.filter(|a| pose.is_some_and(|p| p.angle_to(a) < limit));
+        }
+    }
+
+    /// Begins with the pair of frames that shows the head best from two sides.
+    pub(super) fn start_from_pair(&mut self, progress: &Progress) -> Result<(), MotionError> {
+        let pair = self.initial_pair(progress)?;
+        self.reference = pair.a;
+        for (frame, pose) in pair_poses(&pair) {
+            self.poses[frame] = Some(pose);
+        }
+        for (track, point) in pair.tracks.iter().zip(&pair.motion.points) {
+            self.points[*track] = *point;
+        }
+        self.rescale();
+        self.adjust(2.0, 10, false, progress)?;
+        Ok(())
+    }
+
+    /// Places frame after frame, those that see most known points first, until no frame can be added.
+    pub(super) fn grow(&mut self, progress: &Progress) -> Result<(), MotionError> {
+        loop {
+            let placed = self.poses.iter().flatten().count();
+            progress.step(placed, self.options.frames)?;
+            eprintln!("placed {placed} points {} still {}", self.points.iter().flatten().count(), self.still.iter().filter(|s| **s).count());
+            if !self.place_next_frames() {
+                return Ok(());
+            }
+            self.triangulate_all(2.0, false);
+            self.adjust(2.0, 6, false, progress)?;
+        }
+    }
+
+    /// Places the frames that see at least half as many known points as the best of them; whether any was placed.
+    fn place_next_frames(&mut self) -> bool {
+        let open: Vec<usize> = (0..self.poses.len()).filter(|&frame| self.poses[frame].is_none()).collect();
+        let known = self.known_points();
+        let best = open.iter().map(|&frame| known[frame].len()).max().unwrap_or(0);
+        let next: Vec<usize> = open.into_iter().filter(|&frame| 2 * known[frame].len() >= best).collect();
+        let placed: Vec<_> = next.par_iter().map(|&frame| (frame, self.place(frame, &known[frame]))).collect();
+        let mut any = false;
+        for (frame, result) in placed {
+            match result {
+                Ok(pose) => (self.poses[frame], self.failures[frame], any) = (Some(pose), None, true),
+                Err(error) => self.failures[frame] = Some(error),
+            }
+        }
+        any
+    }
+
+    /// The tracks with a point that each frame sees, and where.
+    fn known_points(&self) -> Vec<Vec<(usize, Vec2)>> {
+        let mut known = vec![Vec::new(); self.poses.len()];
+        for (track, sightings) in self.sightings.iter().enumerate().filter(|(track, _)| self.points[*track].is_some()) {
+            sightings.iter().for_each(|s| known[s.frame].push((track, s.normalised)));
+        }
+        known
+    }
+
+    fn place(&self, frame: usize, known: &[(usize, Vec2)]) -> Result<Transform, MotionError> {
+        let seen: Vec<(Vec3, Vec2)> = known.iter().filter_map(|(track, at)| Some((self.points[*track]?, *at))).collect();
+        let (points, normalised): (Vec<Vec3>, Vec<Vec2>) = seen.into_iter().unzip();
+        let nearest = (0..self.poses.len()).filter(|&f| self.poses[f].is_some()).min_by_key(|&f| f.abs_diff(frame));
+        let options = ResectOptions {
+            threshold: 2.0 * self.threshold(),
+            min_inliers: FEWEST_POINTS,
+            seed: self.options.seed.wrapping_add(frame as u64),
+            ..ResectOptions::default()
+        };
+        let found = resect(&points, &normalised, nearest.and_then(|f| self.poses[f]), &options)?;
+        Ok(found.cam_from_x)
+    }
+
+    /// Triangulates every track anew from all posed frames; tracks that stand still only when asked for.
+    fn triangulate_all(&mut self, widening: f64, with_still: bool) {
+        let threshold = widening * self.threshold();
+        let locate = |(track, sightings): (usize, &Vec<Seen>)| {
+            if self.still[track] && !with_still {
+                return None;
+            }
+            let rays: Vec<_> = sightings.iter().filter_map(|s| Some((self.poses[s.frame]?, s.normalised))).collect();
+            let (found, _) = triangulate_robust(&rays, threshold)?;
+            (found.angle_rad >= self.options.min_parallax_rad).then_some(found.point)
+        };
+        self.points = self.sightings.par_iter().enumerate().map(locate).collect();
+    }
+
+    /// Observations of posed frames within the widened threshold of their points.
+    fn observations(&self, widening: f64) -> Vec<Observation> {
+        let limit = widening * self.options.threshold_px;
+        let mut kept = Vec::new();
+        for (point, sightings) in self.sightings.iter().enumerate() {
+            let Some(place) = self.points[point] else { continue };
+            for s in sightings {
+                let projected = self.poses[s.frame].and_then(|pose| self.camera.project(&pose.apply(&place)));
+                if projected.is_some_and(|pixel| (pixel - s.pixel).norm() < limit) {
+                    kept.push(Observation { frame: s.frame, point, pixel: s.pixel, sigma_px: s.sigma_px });
+                }
+            }
+        }
+        kept
+    }
+
+    fn bundle(&self, widening: f64) -> Bundle {
+        Bundle {
+            camera: self.camera,
+            poses: self.poses.iter().map(|pose| pose.unwrap_or_else(Transform::identity)).collect(),
+            points: self.points.iter().map(|point| point.unwrap_or_else(Vec3::zeros)).collect(),
+            observations: self.observations(widening),
+        }
+    }
+
+    fn bundle_options(&self, iterations: usize, refine_focal: bool) -> BundleOptions {
+        let anchors = self.anchors.iter().enumerate().filter_map(|(frame, anchor)| Some((frame, (*anchor)?)));
+        let prior = |(frame, cam_from_head)| PosePrior {
+            frame,
+            cam_from_head,
+            sigma_rad: self.options.initial_sigma_rad,
+            sigma_m: self.options.initial_sigma_m,
+        };
+        let pose_priors: Vec<PosePrior> = anchors.map(prior).collect();
+        let placed = self.options.point_priors.iter().filter(|prior| self.points.get(prior.point).is_some_and(Option::is_some));
+        BundleOptions {
+            loss: Loss::Cauchy(3.0),
+            refine_focal,
+            focal_prior: self.options.focal_prior,
+            fixed_frames: if pose_priors.is_empty() { vec![self.reference] } else { Vec::new() },
+            point_priors: placed.copied().collect(),
+            pose_priors,
+            max_iterations: iterations,
+            ..BundleOptions::default()
+        }
+    }
+
+    fn adjust(
+        &mut self,
+        widening: f64,
+        iterations: usize,
+        refine_focal: bool,
+        progress: &Progress,
+    ) -> Result<(BundleReport, Bundle), MotionError> {
+        let mut bundle = self.bundle(widening);
+        let options = self.bundle_options(iterations, refine_focal);
+        if refine_focal {
+            reject_outliers(&mut bundle, REJECTION);
+        }
+        let report = adjust(&mut bundle, &options, progress)?;
+        self.adopt(&bundle);
+        Ok((report, bundle))
+    }
+
+    /// Takes over a bundle's result.
+    fn adopt(&mut self, bundle: &Bundle) {
+        for (pose, adjusted) in self.poses.iter_mut().zip(&bundle.poses) {
+            *pose = pose.map(|_| *adjusted);
+        }
+        for (point, adjusted) in self.points.iter_mut().zip(&bundle.points) {
+            *point = point.map(|_| *adjusted);
+        }
+        if self.camera != bundle.camera {
+            self.camera = bundle.camera;
+            let camera = bundle.camera;
+            self.sightings.par_iter_mut().flatten().for_each(|s| s.normalised = camera.normalise(&s.pixel));
+        }
+        self.rescale();
+    }
+
+    /// Without anchors nothing holds the scale: the points' median depth in the reference frame is the distance asked for.
+    fn rescale(&mut self) {
+        let Some(pose) = self.poses[self.reference].filter(|_| self.anchors.iter().flatten().next().is_none()) else { return };
+        let mut depths: Vec<f64> = self.points.iter().flatten().map(|p| pose.apply(p).z).filter(|z| *z > 0.0).collect();
+        depths.sort_by(f64::total_cmp);
+        let Some(median) = depths.get(depths.len() / 2) else { return };
+        let factor = self.options.distance_m / median;
+        self.poses.iter_mut().flatten().for_each(|pose| pose.translation *= factor);
+        self.points.iter_mut().flatten().for_each(|point| *point *= factor);
+    }
+
+    /// The last bundles over everything that agrees, and a last chance for frames without a pose.
+    pub(super) fn finish(mut self, progress: &Progress) -> Result<Sequence, MotionError> {
+        let refine_focal = self.options.refine_focal;
+        for widening in [2.0, 1.0] {
+            self.triangulate_all(widening, true);
+            self.adjust(widening, 20, refine_focal, progress)?;
+        }
+        if self.place_next_frames() {
+            self.triangulate_all(1.0, true);
+        }
+        let mut bundle = self.bundle(1.0);
+        reject_outliers(&mut bundle, REJECTION);
+        self.remove_weak(&mut bundle);
+        let report = adjust(&mut bundle, &self.bundle_options(30, refine_focal), progress)?;
+        self.adopt(&bundle);
+        Ok(self.sequence(bundle.observations, report))
+    }
+
+    /// Frames left with too few observations lose their pose, points seen fewer than twice their place.
+    fn remove_weak(&mut self, bundle: &mut Bundle) {
+        let total: Vec<usize> = self.known_points().iter().map(Vec::len).collect();
+        let mut in_frame = vec![0; self.poses.len()];
+        bundle.observations.iter().for_each(|o| in_frame[o.frame] += 1);
+        for frame in (0..self.poses.len()).filter(|&frame| in_frame[frame] < FEWEST_POINTS) {
+            if self.poses[frame].take().is_some() {
+                self.failures[frame] = Some(MotionError::NoPose { agree: in_frame[frame], total: total[frame] });
+            }
+        }
+        bundle.observations.retain(|o| self.poses[o.frame].is_some());
+        let mut of_point = vec![0; self.points.len()];
+        bundle.observations.iter().for_each(|o| of_point[o.point] += 1);
+        bundle.observations.retain(|o| of_point[o.point] >= 2);
+        for (point, count) in self.points.iter_mut().zip(of_point) {
+            *point = point.filter(|_| count >= 2);
+        }
+    }
+
+    fn sequence(self, observations: Vec<Observation>, report: BundleReport) -> Sequence {
+        let none = MotionError::TooFewPoints { found: 0, needed: FEWEST_POINTS };
+        let poses = self.poses.into_iter().zip(self.failures);
+        Sequence {
+            camera: self.camera,
+            poses: poses.map(|(pose, failure)| pose.ok_or_else(|| failure.unwrap_or(none.clone()))).collect(),
+            points: self.points,
+            observations,
+            report,
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! A whole sequence: from tracks to the pose of every frame and the place of every point.
+//!
+//! # Entry point
+//! [`reconstruct_sequence`]: with initial poses (from a face fitted to landmarks) or without (from the best pair of frames);
+//! then points from poses and poses from points in turn, and bundles over all.
+//!
+//! # Conventions
+//! With initial poses the head frame is theirs, scale included. Without them it is the camera frame of one frame of the
+//! initial pair, scaled to the distance in the options: [`geometry::Similarity`] moves it wherever it is wanted.
+
+mod grow;
+mod start;
+
+use crate::MotionError;
+use crate::bundle::{BundleReport, FocalPrior, Observation, PointPrior};
+use geometry::{Camera, Progress, Transform, Vec2, Vec3};
+use grow::Reconstruction;
+
+/// Where one point is seen in one frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sighting {
+    /// Index of the frame.
+    pub frame: usize,
+    /// Where, pixels.
+    pub pixel: Vec2,
+    /// Standard deviation of each coordinate, pixels.
+    pub sigma_px: f64,
+}
+
+/// One point followed through the frames.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PointTrack {
+    /// At most one sighting in a frame, in any order.
+    pub observations: Vec<Sighting>,
+}
+
+/// How [`reconstruct_sequence`] works.
+#[derive(Clone, Debug)]
+pub struct SequenceOptions {
+    /// Number of frames.
+    pub frames: usize,
+    /// Poses known to some extent, one entry for each frame.
+    pub initial_poses: Option<Vec<Option<Transform>>>,
+    /// Standard deviation of the initial rotations, radians.
+    pub initial_sigma_rad: f64,
+    /// Standard deviation of each coordinate of the initial translations, metres.
+    pub initial_sigma_m: f64,
+    /// Head turn of each frame, radians, where it is known: the initial pair is chosen near the front and 10–15° apart.
+    pub yaw_hint: Option<Vec<f64>>,
+    /// Distance of a right observation from its projection at most, pixels.
+    pub threshold_px: f64,
+    /// Rays of a point must part by this angle before it counts, radians.
+    pub min_parallax_rad: f64,
+    /// Refine the focal length in the last bundles.
+    pub refine_focal: bool,
+    /// What is known of the focal length.
+    pub focal_prior: Option<FocalPrior>,
+    /// What is known of points; only sensible with initial poses, which define the head frame. `point` is the track.
+    pub point_priors: Vec<PointPrior>,
+    /// Distance of the head from the camera where no initial pose tells it, metres.
+    pub distance_m: f64,
+    /// Seed of all samples.
+    pub seed: u64,
+}
+
+impl Default for SequenceOptions {
+    /// No poses known; 1.5 px, 2° of parallax, camera kept, head 0.6 m away.
+    fn default() -> Self {
+        Self {
+            frames: 0,
+            initial_poses: None,
+            initial_sigma_rad: 0.1,
+            initial_sigma_m: 0.03,
+            yaw_hint: None,
+            threshold_px: 1.5,
+            min_parallax_rad: 0.035,
+            refine_focal: false,
+            focal_prior: None,
+            point_priors: Vec::new(),
+            distance_m: 0.6,
+            seed: 0,
+        }
+    }
+}
+
+/// A reconstructed sequence.
+#[derive(Clone, Debug)]
+pub struct Sequence {
+    /// The camera, its focal length refined if that was asked for.
+    pub camera: Camera,
+    /// `cam_from_head` of each frame, or why it has none.
+    pub poses: Vec<Result<Transform, MotionError>>,
+    /// The point of each track in the head frame; `None` where it could not be placed: wrong, seen from one side only, or
+    /// on the background.
+    pub points: Vec<Option<Vec3>>,
+    /// The sightings that agree with poses and points; `point` is the track.
+    pub observations: Vec<Observation>,
+    /// The last bundle's report.
+    pub report: BundleReport,
+}
+
+/// Poses and points from tracks.
+///
+/// Fails when no pair of frames can start, when tables do not fit together, or when the caller cancels. Frames that cannot be
+/// placed say why in [`Sequence::poses`].
+pub fn reconstruct_sequence(
+    tracks: &[PointTrack],
+    camera: &Camera,
+    options: &SequenceOptions,
+    progress: &Progress,
+) -> Result<Sequence, MotionError> {
+    check(tracks, options)?;
+    progress.stage("motion")?;
+    let mut reconstruction = Reconstruction::new(tracks, camera, options);
+    match &options.initial_poses {
+        Some(poses) if poses.iter().flatten().count() >= 2 => reconstruction.start_from_poses(poses, progress)?,
+        _ => reconstruction.start_from_pair(progress)?,
+    }
+    reconstruction.grow(progress)?;
+    reconstruction.finish(progress)
+}
+
+fn check(tracks: &[PointTrack], options: &SequenceOptions) -> Result<(), MotionError> {
+    let count = options.frames;
+    let lengths = [options.initial_poses.as_ref().map(Vec::len), options.yaw_hint.as_ref().map(Vec::len)];
+    if let Some(index) = lengths.into_iter().flatten().find(|length| *length != count) {
+        return Err(MotionError::BadIndex { table: "table of initial poses or turns", kind: "frame", index, count });
+    }
+    for o in tracks.iter().flat_map(|track| &track.observations) {
+        if o.frame >= count {
+            return Err(MotionError::BadIndex { table: "track table", kind: "frame", index: o.frame, count });
+        }
+        if !(o.sigma_px > 0.0 && o.pixel.iter().all(|v| v.is_finite())) {
+            return Err(MotionError::BadNumber { name: "a tracked pixel or its deviation", value: o.sigma_px });
+        }
+    }
+    let numbers = [
+        ("the threshold", options.threshold_px),
+        ("the least parallax", options.min_parallax_rad),
+        ("the distance of the head", options.distance_m),
+    ];
+    match numbers.into_iter().find(|(_, value)| !(value.is_finite() && *value > 0.0)) {
+        Some((name, value)) => Err(MotionError::BadNumber { name, value }),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests;

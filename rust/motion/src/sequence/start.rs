@@ -1,0 +1,157 @@
+//! Where a sequence begins: tracks that stand still, and the pair of frames that shows the head from two sides best.
+
+use super::grow::Reconstruction;
+use super::{PointTrack, Sighting};
+use crate::MotionError;
+use crate::two_view::{TwoView, TwoViewOptions, robust};
+use geometry::{Progress, Transform, Vec2};
+use rayon::prelude::*;
+
+/// Frames among which the pair is sought.
+const SAMPLED_FRAMES: usize = 24;
+/// Pairs tried in earnest.
+const TRIED_PAIRS: usize = 12;
+/// A turn by 10 to 15 degrees is wanted.
+const WANTED_TURN_RAD: (f64, f64) = (0.17, 0.26);
+/// What a face 0.1 m around its axis moves at that turn, at arm's length, normalised units.
+const WANTED_SHIFT: f64 = 0.03;
+
+/// A pair of frames with its motion.
+pub(super) struct Pair {
+    pub(super) a: usize,
+    pub(super) b: usize,
+    pub(super) tracks: Vec<usize>,
+    pub(super) motion: TwoView,
+}
+
+/// Which tracks stand still while others move: the background, seen by a camera that does not turn.
+///
+/// A track that moves less than `limit_px` over its life stands still if over the same frames a tenth of the tracks that
+/// live as long moves more than four times as much.
+pub(super) fn standing_still(tracks: &[PointTrack], limit_px: f64) -> Vec<bool> {
+    let spans: Vec<Option<(Sighting, Sighting)>> = tracks.iter().map(longest_way).collect();
+    let shift_between = |track: &PointTrack, from: usize, to: usize| {
+        let at = |frame: usize| track.observations.iter().find(|o| o.frame == frame);
+        Some((at(from)?.pixel - at(to)?.pixel).norm())
+    };
+    let stands = |(track, span): (&PointTrack, &Option<(Sighting, Sighting)>)| {
+        let Some((first, last)) = span else { return false };
+        if extent(track) > limit_px {
+            return false;
+        }
+        let shifts: Vec<f64> = tracks.iter().filter_map(|t| shift_between(t, first.frame, last.frame)).collect();
+        10 * shifts.iter().filter(|s| **s > 4.0 * limit_px).count() >= shifts.len()
+    };
+    tracks.par_iter().zip(&spans).map(stands).collect()
+}
+
+/// The first and the last sighting.
+fn longest_way(track: &PointTrack) -> Option<(Sighting, Sighting)> {
+    let first = track.observations.iter().min_by_key(|o| o.frame)?;
+    let last = track.observations.iter().max_by_key(|o| o.frame)?;
+    (first.frame < last.frame).then_some((*first, *last))
+}
+
+/// How far a track gets from its middle, nine tenths of the time.
+fn extent(track: &PointTrack) -> f64 {
+    let median = |axis: usize| {
+        let mut values: Vec<f64> = track.observations.iter().map(|o| o.pixel[axis]).collect();
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
+    };
+    let middle = Vec2::new(median(0), median(1));
+    let mut distances: Vec<f64> = track.observations.iter().map(|o| (o.pixel - middle).norm()).collect();
+    distances.sort_by(f64::total_cmp);
+    distances[(distances.len() - 1) * 9 / 10]
+}
+
+impl Reconstruction<'_> {
+    /// The best of the most promising pairs, with its motion.
+    pub(super) fn initial_pair(&self, progress: &Progress) -> Result<Pair, MotionError> {
+        let mut promising = self.promising_pairs();
+        promising.truncate(TRIED_PAIRS);
+        progress.step(0, 1)?;
+        let options = TwoViewOptions {
+            threshold: self.threshold(),
+            seed: self.options.seed,
+            ..TwoViewOptions::default()
+        };
+        let tried: Vec<Result<Pair, MotionError>> = promising
+            .par_iter()
+            .map(|&(_, a, b)| {
+                let (tracks, in_a, in_b) = self.matches(a, b);
+                robust(&in_a, &in_b, &options).map(|motion| Pair { a, b, tracks, motion })
+            })
+            .collect();
+        let mut first_failure = None;
+        let mut best: Option<Pair> = None;
+        for result in tried {
+            match result {
+                Ok(pair) if best.as_ref().is_none_or(|best| worth(&pair) > worth(best)) => best = Some(pair),
+                Ok(_) => {}
+                Err(error) => first_failure = first_failure.or(Some(error)),
+            }
+        }
+        for p in best.iter() { eprintln!("pair {} {} {} inl {} par {} {}", p.a, p.b, p.tracks.len(), p.motion.inliers.iter().filter(|i| **i).count(), p.motion.parallax_rad, p.motion.direction_sigma_rad); }
+        let reason = first_failure.unwrap_or(MotionError::TooFewMatches { found: 0, needed: 8 }).to_string();
+        best.ok_or(MotionError::NoInitialPair { reason })
+    }
+
+    /// Pairs of sampled frames, most promising first: many shared tracks, a turn as wanted, near the front.
+    fn promising_pairs(&self) -> Vec<(f64, usize, usize)> {
+        let stride = self.options.frames.div_ceil(SAMPLED_FRAMES).max(1);
+        let sampled: Vec<usize> = (0..self.options.frames).step_by(stride).collect();
+        let mut pairs: Vec<_> = sampled
+            .iter()
+            .flat_map(|&a| sampled.iter().filter(move |&&b| a < b).map(move |&b| (a, b)))
+            .map(|(a, b)| (self.promise(a, b), a, b))
+            .filter(|(promise, ..)| *promise > 0.0)
+            .collect();
+        pairs.sort_by(|p, q| q.0.total_cmp(&p.0).then(p.1.cmp(&q.1)).then(p.2.cmp(&q.2)));
+        pairs
+    }
+
+    fn promise(&self, a: usize, b: usize) -> f64 {
+        let (_, in_a, in_b) = self.matches(a, b);
+        if in_a.len() < 8 {
+            return 0.0;
+        }
+        let shared = in_a.len() as f64;
+        if let Some(yaw) = &self.options.yaw_hint {
+            let (turn, aside) = ((yaw[a] - yaw[b]).abs(), 0.5 * (yaw[a] + yaw[b]).abs());
+            let miss = (WANTED_TURN_RAD.0 - turn).max(turn - WANTED_TURN_RAD.1).max(0.0);
+            return shared * (-0.5 * (miss / 0.1).powi(2) - 0.5 * (aside / 0.2).powi(2)).exp();
+        }
+        let mut shifts: Vec<f64> = in_a.iter().zip(&in_b).map(|(a, b)| (a - b).norm()).collect();
+        shifts.sort_by(f64::total_cmp);
+        // What does not turn moves little: the upper part of the tracks tells the turn.
+        shared * (shifts[shifts.len() * 3 / 4] / WANTED_SHIFT).min(1.0)
+    }
+
+    /// Tracks seen in both frames that do not stand still, and where, normalised.
+    pub(super) fn matches(&self, a: usize, b: usize) -> (Vec<usize>, Vec<Vec2>, Vec<Vec2>) {
+        let (mut tracks, mut in_a, mut in_b) = (Vec::new(), Vec::new(), Vec::new());
+        for (track, sightings) in self.sightings.iter().enumerate().filter(|(track, _)| !self.still[*track]) {
+            let at = |frame: usize| sightings.iter().find(|s| s.frame == frame).map(|s| s.normalised);
+            if let (Some(p), Some(q)) = (at(a), at(b)) {
+                tracks.push(track);
+                in_a.push(p);
+                in_b.push(q);
+            }
+        }
+        (tracks, in_a, in_b)
+    }
+}
+
+/// Many points, seen under a large angle, by a motion that is well determined.
+fn worth(pair: &Pair) -> f64 {
+    let inliers = pair.motion.inliers.iter().filter(|i| **i).count() as f64;
+    let parallax = pair.motion.parallax_rad.min(WANTED_TURN_RAD.1);
+    let certainty = 1.0 / (1.0 + pair.motion.direction_sigma_rad / 0.05);
+    inliers * parallax * certainty * if pair.motion.planar { 0.1 } else { 1.0 }
+}
+
+/// Poses of the pair, in units of the distance between its frames.
+pub(super) fn pair_poses(pair: &Pair) -> [(usize, Transform); 2] {
+    [(pair.a, Transform::identity()), (pair.b, pair.motion.b_from_a)]
+}

@@ -1,0 +1,87 @@
+from collections.abc import Sequence
+from typing import Generic, Literal, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+T = TypeVar("T")
+
+class FacewrightError(Exception):
+    """A sentence that says what is wrong and what to do. Nothing was written or changed."""
+
+class Cancelled(FacewrightError):
+    """The job was cancelled."""
+
+class Job(Generic[T]):
+    """Work on a thread of its own. Dropping the job cancels it."""
+
+    def progress(self) -> tuple[str, float]:
+        """Name of the present stage, and the part of it that is done, 0 to 1."""
+
+    def finished(self) -> bool:
+        """Whether :meth:`result` returns at once."""
+
+    def cancel(self) -> None:
+        """Ask the work to stop; it does within a fraction of a second."""
+
+    def result(self) -> T:
+        """Wait for the result. Raises :class:`FacewrightError`, or :class:`Cancelled`. Call once."""
+
+class Reconstruction:
+    """A head on the generic head's topology; head frame (x the subject's left, y up, z out of the face), metres."""
+
+    @property
+    def positions(self) -> NDArray[np.float32]:
+        """(n, 3) the person at rest."""
+    @property
+    def generic_positions(self) -> NDArray[np.float32]:
+        """(n, 3) the generic head's own vertices."""
+    @property
+    def quads(self) -> NDArray[np.uint32]:
+        """(m, 4) vertex indices, counter-clockwise from outside."""
+    @property
+    def uvs(self) -> NDArray[np.float32]:
+        """(m, 4, 2) texture coordinates of each quad's corners, v up."""
+    @property
+    def parts(self) -> list[tuple[str, tuple[int, int], tuple[int, int]]]:
+        """(name, (first vertex, end), (first quad, end)): skin first."""
+    @property
+    def keys(self) -> list[tuple[str, NDArray[np.uint32], NDArray[np.float32]]]:
+        """(name, moved vertices (k,), their offsets (k, 3)): 52 ARKit keys, then 15 visemes."""
+    @property
+    def expressions(self) -> list[tuple[str, list[tuple[str, float]]]]:
+        """Named poses: (name, [(ARKit key, value)])."""
+    @property
+    def texture(self) -> NDArray[np.uint8]:
+        """(size, size, 4) sRGB of the skin, top row first; alpha below 255 where no frame looked."""
+    @property
+    def eyes(self) -> NDArray[np.uint8]:
+        """(size, size, 4) sRGB of the eyes, top row first."""
+    @property
+    def report(self) -> str:
+        """report.json as text."""
+    def write(self, folder: str) -> None:
+        """Write head.glb, texture.png, eyes.png and report.json, all or none."""
+
+def version() -> str:
+    """Version of the library."""
+
+def board_svg(inner: tuple[int, int], square_mm: float, page: Literal["A4", "A3", "Letter"]) -> str:
+    """A checkerboard to print, as SVG."""
+
+def calibrate(pictures: Sequence[str], *, inner: tuple[int, int] = (9, 6), square_mm: float = 25.5) -> Job[str]:
+    """Calibrate a camera from pictures of a board; the result is camera.json as text."""
+
+def reconstruct(
+    frames: Sequence[str],
+    *,
+    assets: str,
+    camera: str | None = None,
+    method: Literal["default", "paper"] = "default",
+    texture_size: int = 2048,
+    interocular_mm: float | None = None,
+) -> Job[Reconstruction]:
+    """Reconstruct the head in image files, folders or videos; `camera` is camera.json as text."""
+
+def generic_head(assets: str) -> Reconstruction:
+    """The generic head itself, with its own keys and a plain texture."""

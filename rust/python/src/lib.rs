@@ -1,0 +1,96 @@
+//! Python binding: checks arguments, starts jobs, hands arrays over. Nothing is computed here.
+
+mod job;
+mod reconstruction;
+
+use facewright::board::{Page, board_svg as svg};
+use facewright::{
+    Assets, CalibrateOptions, FacewrightError as CoreError, FrameSet, Method, ReconstructOptions, SourcedCamera,
+};
+use job::{Job, Output};
+use pyo3::create_exception;
+use pyo3::exceptions::{PyException, PyValueError};
+use pyo3::prelude::*;
+use reconstruction::Reconstruction;
+use std::path::PathBuf;
+
+create_exception!(facewright, FacewrightError, PyException, "A sentence that says what is wrong and what to do.");
+create_exception!(facewright, Cancelled, FacewrightError, "The job was cancelled.");
+
+/// The library's error as Python's.
+pub(crate) fn raise(error: &CoreError) -> PyErr {
+    match error {
+        CoreError::Cancelled(_) => Cancelled::new_err(error.to_string()),
+        _ => FacewrightError::new_err(error.to_string()),
+    }
+}
+
+#[pyfunction]
+fn version() -> &'static str {
+    env!("CARGO_PKG_VERSION")
+}
+
+#[pyfunction]
+fn board_svg(inner: (u32, u32), square_mm: f64, page: &str) -> PyResult<String> {
+    let page = match page {
+        "A4" => Page::A4,
+        "A3" => Page::A3,
+        "Letter" => Page::Letter,
+        other => return Err(PyValueError::new_err(format!("page is {other}, not A4, A3 or Letter"))),
+    };
+    svg(inner, square_mm, page).map_err(|e| FacewrightError::new_err(e.to_string()))
+}
+
+#[pyfunction]
+#[pyo3(signature = (pictures, *, inner = (9, 6), square_mm = 25.5))]
+fn calibrate(pictures: Vec<PathBuf>, inner: (u32, u32), square_mm: f64) -> PyResult<Job> {
+    let options = CalibrateOptions { inner, square: square_mm / 1000.0 };
+    Job::start(move |progress| {
+        let frames = FrameSet::open(&pictures, progress)?;
+        let calibrated = facewright::calibrate(&frames, &options, progress)?;
+        Ok(Output::Text(serde_json::to_string(&calibrated).unwrap_or_default()))
+    })
+}
+
+#[pyfunction]
+#[pyo3(signature = (frames, *, assets, camera = None, method = "default", texture_size = 2048, interocular_mm = None))]
+fn reconstruct(
+    frames: Vec<PathBuf>,
+    assets: PathBuf,
+    camera: Option<&str>,
+    method: &str,
+    texture_size: u32,
+    interocular_mm: Option<f64>,
+) -> PyResult<Job> {
+    let method = match method {
+        "default" => Method::Default,
+        "paper" => Method::Paper,
+        other => return Err(PyValueError::new_err(format!("method is {other}, not default or paper"))),
+    };
+    let camera = camera.map(SourcedCamera::parse).transpose().map_err(|e| raise(&e))?;
+    let options = ReconstructOptions { method, camera, texture_size, interocular: interocular_mm.map(|mm| mm / 1000.0) };
+    Job::start(move |progress| {
+        let frames = FrameSet::open(&frames, progress)?;
+        let result = facewright::reconstruct(&frames, &Assets::load(&assets)?, &options, progress)?;
+        Ok(Output::Head(Box::new(result)))
+    })
+}
+
+#[pyfunction]
+fn generic_head(py: Python<'_>, assets: PathBuf) -> PyResult<Reconstruction> {
+    let head = py.detach(|| facewright::generic_head(&assets)).map_err(|e| raise(&e))?;
+    Ok(Reconstruction::new(head))
+}
+
+#[pymodule]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("FacewrightError", module.py().get_type::<FacewrightError>())?;
+    module.add("Cancelled", module.py().get_type::<Cancelled>())?;
+    module.add_class::<Job>()?;
+    module.add_class::<Reconstruction>()?;
+    module.add_function(wrap_pyfunction!(version, module)?)?;
+    module.add_function(wrap_pyfunction!(board_svg, module)?)?;
+    module.add_function(wrap_pyfunction!(calibrate, module)?)?;
+    module.add_function(wrap_pyfunction!(reconstruct, module)?)?;
+    module.add_function(wrap_pyfunction!(generic_head, module)?)
+}

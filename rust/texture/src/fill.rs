@@ -1,0 +1,222 @@
+//! Colour for what no view saw, and a gutter around the islands of the atlas.
+//!
+//! An unseen texel takes the colour of its mirror image on the other side of the face, shifted by the smooth difference
+//! between the two sides where both were seen; without a mirror image it takes what its neighbours have, ever farther
+//! ones (pull–push), and at last the mean of the skin. Texels outside the islands continue them, so that no filter
+//! reaches over a border into nothing.
+//!
+//! Source: pull–push after Gortler et al., The Lumigraph, 1996; the shifted mirror image is a membrane as in Pérez et
+//! al., Poisson Image Editing, 2003.
+
+use crate::atlas::Surface;
+use crate::plane::{Plane, Texel, expand_at, reduce};
+use crate::raster::{Fragment, NO_TRIANGLE, texel_of};
+use geometry::Vec2;
+use image::RgbaImage;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Alpha of texels that a view saw.
+pub const ALPHA_SEEN: u8 = 255;
+/// Alpha of texels that took the colour of the other side of the face.
+pub const ALPHA_MIRRORED: u8 = 170;
+/// Alpha of texels that took the colour of their neighbours.
+pub const ALPHA_SPREAD: u8 = 85;
+/// Alpha of texels outside the islands.
+pub const ALPHA_OUTSIDE: u8 = 0;
+
+/// The finished texture from colours and their certainty (weight 0…1).
+pub(crate) fn fill(seen: Plane<Texel>, surface: &Surface, map: &Plane<Fragment>) -> RgbaImage {
+    let mirrored = surface.mirror.map(|mirror| mirror_image(&seen, surface, map, mirror));
+    let offset = mirrored.as_ref().map(|m| spread(difference(&seen, m)));
+    let known = Plane::from_rows(seen.width, seen.height, [0.0; 4], |y, row| {
+        for (x, texel) in row.iter_mut().enumerate() {
+            *texel = seen.row(y)[x];
+            let (Some(mirrored), Some(offset)) = (&mirrored, &offset) else { continue };
+            let (other, shift) = (mirrored.row(y)[x], offset.row(y)[x]);
+            let (own, rest) = (texel[3], (1.0 - texel[3]) * other[3]);
+            if rest > 0.0 {
+                let mix = |k: usize| (own * texel[k] + rest * (other[k] + shift[k])) / (own + rest);
+                *texel = [mix(0), mix(1), mix(2), own + rest];
+            }
+        }
+    });
+    let certain = seen;
+    let known_weight: Vec<f32> = known.data.iter().map(|t| t[3]).collect();
+    let filled = spread(known);
+    to_picture(&filled, |i| {
+        if map.data[i].triangle == NO_TRIANGLE {
+            return ALPHA_OUTSIDE;
+        }
+        let own = certain.data[i][3].clamp(0.0, 1.0);
+        let mirrored = (known_weight[i] - own).max(0.0);
+        let rest = 1.0 - own - mirrored;
+        let alpha = own * f32::from(ALPHA_SEEN) + mirrored * f32::from(ALPHA_MIRRORED) + rest * f32::from(ALPHA_SPREAD);
+        alpha.round() as u8
+    })
+}
+
+fn to_picture(colours: &Plane<Texel>, alpha: impl Fn(usize) -> u8 + Sync) -> RgbaImage {
+    let mut bytes = vec![0u8; colours.data.len() * 4];
+    bytes.par_chunks_mut(4 * colours.width.max(1)).enumerate().for_each(|(y, row)| {
+        for (x, pixel) in row.chunks_exact_mut(4).enumerate() {
+            let texel = colours.row(y)[x];
+            // The cast holds the value within 0…255.
+            (0..3).for_each(|k| pixel[k] = (texel[k] + 0.5) as u8);
+            pixel[3] = alpha(y * colours.width + x);
+        }
+    });
+    RgbaImage::from_raw(colours.width as u32, colours.height as u32, bytes).unwrap_or_default()
+}
+
+/// Pull–push: every texel mixes its own colour, by its weight (0…1), with that of the coarser level.
+pub(crate) fn spread(plane: Plane<Texel>) -> Plane<Texel> {
+    let mut levels = vec![plane];
+    while let Some(last) = levels.last().filter(|l| l.width.max(l.height) > 1) {
+        let mut coarser = reduce(last);
+        // A coarse cell is certain as soon as a quarter of it is known.
+        coarser.data.iter_mut().for_each(|t| t[3] = (4.0 * t[3]).min(1.0));
+        levels.push(coarser);
+    }
+    let mut coarser = levels.pop();
+    while let Some(mut level) = levels.pop() {
+        if let Some(coarser) = &coarser {
+            let width = level.width;
+            level.data.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+                for (x, t) in row.iter_mut().enumerate().filter(|(_, t)| t[3] < 1.0) {
+                    let Some(low) = expand_at(coarser, x, y) else { continue };
+                    let own = t[3].max(0.0);
+                    (0..3).for_each(|k| t[k] = own * t[k] + (1.0 - own) * low[k]);
+                    t[3] = 1.0;
+                }
+            });
+        }
+        coarser = Some(level);
+    }
+    coarser.unwrap_or_else(|| Plane::new(0, 0, [0.0; 4]))
+}
+
+/// Colour and certainty of each texel's mirror image; weight 0 where there is none.
+fn mirror_image(seen: &Plane<Texel>, surface: &Surface, map: &Plane<Fragment>, mirror: &[u32]) -> Plane<Texel> {
+    let uvs = mirror_uvs(surface, mirror);
+    Plane::from_rows(map.width, map.height, [0.0; 4], |y, row| {
+        for (texel, fragment) in row.iter_mut().zip(map.row(y)).filter(|(_, f)| f.triangle != NO_TRIANGLE) {
+            let Some(corners) = &uvs[fragment.triangle as usize] else { continue };
+            let uv = (0..3).fold(Vec2::zeros(), |sum, k| sum + corners[k] * f64::from(fragment.weights()[k]));
+            let place = texel_of(&uv, seen.width, seen.height);
+            let inside = |t: f64, n: usize| t.round().clamp(0.0, (n - 1) as f64) as usize;
+            *texel = seen.row(inside(place.y, seen.height))[inside(place.x, seen.width)];
+        }
+    })
+}
+
+/// The texture coordinates of the three mirrored corners of each triangle, in the mirrored triangle.
+fn mirror_uvs(surface: &Surface, mirror: &[u32]) -> Vec<Option<[Vec2; 3]>> {
+    let sorted = |mut t: [u32; 3]| {
+        t.sort_unstable();
+        t
+    };
+    let by_corners: BTreeMap<[u32; 3], usize> =
+        surface.triangles.iter().enumerate().map(|(i, t)| (sorted(*t), i)).collect();
+    let mirrored = |triangle: &[u32; 3]| {
+        let corners = triangle.map(|i| mirror[i as usize]);
+        let other = *by_corners.get(&sorted(corners))?;
+        let uv = |corner: u32| {
+            let k = surface.triangles[other].iter().position(|&i| i == corner)?;
+            Some(surface.uvs[other][k])
+        };
+        Some([uv(corners[0])?, uv(corners[1])?, uv(corners[2])?])
+    };
+    surface.triangles.iter().map(mirrored).collect()
+}
+
+/// Own colour minus mirrored colour where both are certain.
+fn difference(seen: &Plane<Texel>, mirrored: &Plane<Texel>) -> Plane<Texel> {
+    Plane::from_rows(seen.width, seen.height, [0.0; 4], |y, row| {
+        for ((texel, own), other) in row.iter_mut().zip(seen.row(y)).zip(mirrored.row(y)) {
+            let weight = own[3].min(other[3]);
+            if weight > 0.0 {
+                *texel = [own[0] - other[0], own[1] - other[1], own[2] - other[2], weight];
+            }
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::raster::texels;
+    use geometry::Vec3;
+
+    const N: usize = 32;
+
+    /// Two mirrored squares side by side in the atlas: vertices 0…3 left, 4…7 right.
+    fn strip() -> (Vec<Vec3>, Vec<[u32; 3]>, Vec<[Vec2; 3]>, Vec<u32>) {
+        let uv: Vec<Vec2> = [[0.1, 0.1], [0.4, 0.1], [0.4, 0.9], [0.1, 0.9]]
+            .iter()
+            .flat_map(|p| [Vec2::new(p[0], p[1]), Vec2::new(1.0 - p[0], p[1])])
+            .collect();
+        let order: Vec<Vec2> = (0..2).flat_map(|side| (0..4).map(move |k| 2 * k + side)).map(|i| uv[i]).collect();
+        let triangles = vec![[0, 1, 2], [0, 2, 3], [5, 4, 6], [6, 4, 7]];
+        let uvs = triangles.iter().map(|t: &[u32; 3]| t.map(|i| order[i as usize])).collect();
+        let positions = order.iter().map(|p| Vec3::new(p.x, p.y, 0.0)).collect();
+        (positions, triangles, uvs, vec![4, 5, 6, 7, 0, 1, 2, 3])
+    }
+
+    fn pattern(x: usize, y: usize) -> f32 {
+        120.0 + 10.0 * ((x / 2 + y / 2) % 3) as f32
+    }
+
+    fn filled(with_mirror: bool) -> (RgbaImage, Plane<Fragment>) {
+        let (positions, triangles, uvs, mirror) = strip();
+        let surface = Surface {
+            positions: &positions,
+            triangles: &triangles,
+            uvs: &uvs,
+            weight: None,
+            mirror: with_mirror.then_some(&mirror[..]),
+        };
+        let map = Plane { width: N, height: N, data: texels(&uvs, N) };
+        // The left side is seen, of the right side the lower half, five levels brighter.
+        let seen = Plane::from_rows(N, N, [0.0; 4], |y, row| {
+            for (x, t) in row.iter_mut().enumerate().filter(|(x, _)| map.row(y)[*x].triangle != NO_TRIANGLE) {
+                let right = x >= N / 2;
+                let colour = if right { pattern(N - 1 - x, y) + 5.0 } else { pattern(x, y) };
+                *t = [colour, 60.0, 30.0, if right && y < N / 2 { 0.0 } else { 1.0 }];
+            }
+        });
+        (fill(seen, &surface, &map), map)
+    }
+
+    #[test]
+    fn the_unseen_side_takes_the_other_sides_pattern_in_its_own_brightness() {
+        let (texture, map) = filled(true);
+        for y in 4..N / 2 {
+            for x in N / 2 + 4..N - 4 {
+                let pixel = texture.get_pixel(x as u32, y as u32);
+                assert_eq!(pixel[3], ALPHA_MIRRORED, "{x} {y} {:?}", map.row(y)[x]);
+                // Towards the seen half all of the five levels, farther away less of them.
+                let shift = f32::from(pixel[0]) - pattern(N - 1 - x, y);
+                let slack = if y + 3 > N / 2 { 1.6 } else { 4.0 };
+                assert!((shift - 5.0).abs() < slack, "{x} {y} {shift}");
+            }
+        }
+    }
+
+    #[test]
+    fn without_a_mirror_the_neighbours_spread_and_the_gutter_continues_the_island() {
+        let (texture, map) = filled(false);
+        let pixel = texture.get_pixel(24, 8);
+        assert!(pixel[3] == ALPHA_SPREAD && (115..=145).contains(&pixel[0]), "{pixel:?}");
+        for (i, fragment) in map.data.iter().enumerate().filter(|(_, f)| f.triangle == NO_TRIANGLE) {
+            let pixel = texture.get_pixel((i % N) as u32, (i / N) as u32);
+            assert!(pixel[3] == ALPHA_OUTSIDE && pixel[0] > 100, "{fragment:?}");
+        }
+        assert_eq!(texture.get_pixel(6, 16)[3], ALPHA_SEEN);
+    }
+
+    #[test]
+    fn nothing_known_stays_black() {
+        assert!(spread(Plane::new(5, 3, [0.0; 4])).data.iter().all(|t| t[0] == 0.0));
+    }
+}

@@ -1,0 +1,36 @@
+//! Why landmarks cannot be found.
+
+use std::path::PathBuf;
+
+/// What can go wrong before a picture is even looked at. A picture without a face is not an error.
+#[derive(Debug, thiserror::Error)]
+pub enum LandmarkError {
+    /// A net's file is not there.
+    #[error("the landmark net {} is missing: build it with `cargo x head`, or install the add-on again", path.display())]
+    NetMissing {
+        /// Where it should be.
+        path: PathBuf,
+    },
+    /// A net's file cannot be read or is not the net it should be.
+    #[error(
+        "the landmark net {} cannot be used ({reason}): build it again with `cargo x head`, or install the add-on again",
+        path.display()
+    )]
+    NetUnusable {
+        /// The file.
+        path: PathBuf,
+        /// What the reader said.
+        reason: String,
+    },
+    /// The net's computation failed.
+    #[error("the landmark net {net} failed ({reason}): build the nets again with `cargo x head`")]
+    NetFailed {
+        /// Its name.
+        net: &'static str,
+        /// What the runtime said.
+        reason: String,
+    },
+    /// The picture has no pixels.
+    #[error("the picture has no pixels: load it again")]
+    EmptyPicture,
+}

@@ -1,0 +1,228 @@
+//! Image pyramids: what corners and tracks are computed on.
+//!
+//! # Entry points
+//! [`Pyramid::new`], once per frame; [`Pyramid::levels`]; [`Level::sample`].
+//!
+//! # Conventions
+//! Level 0 is the picture; each further level is half as wide and high, smoothed with the binomial `[1 4 6 4 1] / 16`
+//! along both axes and taken at every second pixel, so that a position in level `l` is the position in the picture
+//! divided by `2^l` (pixel centres at integers). Outside the frame the nearest pixel is repeated. Pixels are kept in
+//! 1/256 grey level as `u16`: level 0 is exact, the others lose nothing that matters, and a frame needs 2.7 bytes per
+//! pixel. Gradients are not kept: those who need them take them from the window they have at hand.
+//!
+//! # Source
+//! Burt and Adelson, "The Laplacian pyramid as a compact image code", 1983; the paper, section 2.3.
+
+use geometry::Vec2;
+use image::GrayImage;
+
+/// Stored units per grey level.
+const UNITS_PER_GREY: u16 = 256;
+/// A level whose shorter side would fall below this is not built.
+const SMALLEST_SIDE: usize = 12;
+
+/// How a picture is read between its pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Interpolation {
+    /// From 2×2 pixels; fast, blurs a little.
+    #[default]
+    Bilinear,
+    /// Cubic convolution from 4×4 pixels (Keys 1981, a = −1/2): exact for quadratic pictures.
+    Bicubic,
+}
+
+/// One picture of a pyramid.
+#[derive(Clone, Debug)]
+pub struct Level {
+    width: usize,
+    height: usize,
+    pixels: Vec<u16>,
+}
+
+/// A picture at full, half, quarter … size. Immutable, so it may be shared between threads.
+#[derive(Clone, Debug)]
+pub struct Pyramid {
+    levels: Vec<Level>,
+}
+
+impl Pyramid {
+    /// Builds at most `levels` levels (at least one); stops early at a picture of about a dozen pixels.
+    pub fn new(picture: &GrayImage, levels: usize) -> Self {
+        let (width, height) = (picture.width() as usize, picture.height() as usize);
+        let pixels = picture.as_raw().iter().map(|&grey| u16::from(grey) * UNITS_PER_GREY).collect();
+        let mut finest = Level { width, height, pixels };
+        let mut built = Vec::with_capacity(levels.max(1));
+        for _ in 1..levels {
+            if finest.width.min(finest.height).div_ceil(2) < SMALLEST_SIDE {
+                break;
+            }
+            let coarser = finest.halved();
+            built.push(std::mem::replace(&mut finest, coarser));
+        }
+        built.push(finest);
+        Self { levels: built }
+    }
+
+    /// The levels, the picture itself first.
+    pub fn levels(&self) -> &[Level] {
+        &self.levels
+    }
+
+    /// The picture itself.
+    pub fn finest(&self) -> &Level {
+        &self.levels[0]
+    }
+}
+
+impl Level {
+    /// Width, pixels.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Height, pixels.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// Whether a position is at least `margin` pixels inside the outermost pixel centres; never true of NaN.
+    pub fn contains(&self, at: &Vec2, margin: f64) -> bool {
+        let inside = |x: f64, size: usize| x >= margin && x <= size as f64 - 1.0 - margin;
+        inside(at.x, self.width) && inside(at.y, self.height)
+    }
+
+    /// A row in 1/256 grey level.
+    pub(crate) fn row(&self, y: usize) -> &[u16] {
+        &self.pixels[y * self.width..][..self.width]
+    }
+
+    /// Grey level at a position between pixels; `None` outside the frame.
+    pub fn sample(&self, at: &Vec2, interpolation: Interpolation) -> Option<f64> {
+        if !self.contains(at, 0.0) {
+            return None;
+        }
+        let (x, y) = (at.x.floor(), at.y.floor());
+        let (wx, wy) = (weights(interpolation, at.x - x), weights(interpolation, at.y - y));
+        let mut sum = 0.0;
+        for (j, wy) in wy.iter().enumerate() {
+            let row = self.row(clamped(y as isize + j as isize - 1, self.height));
+            for (i, wx) in wx.iter().enumerate() {
+                sum += wx * wy * f64::from(row[clamped(x as isize + i as isize - 1, self.width)]);
+            }
+        }
+        Some(sum / f64::from(UNITS_PER_GREY))
+    }
+
+    /// Copies the `width × height` pixels from `(left, top)` on, row by row, in grey levels; pixels outside the frame
+    /// repeat the nearest one inside.
+    pub(crate) fn copy_window(&self, left: isize, top: isize, width: usize, height: usize, out: &mut Vec<f32>) {
+        const GREY: f32 = 1.0 / UNITS_PER_GREY as f32;
+        out.resize(width * height, 0.0);
+        let inside = left >= 0 && left as usize + width <= self.width;
+        for (j, line) in out.chunks_exact_mut(width).enumerate() {
+            let row = self.row(clamped(top + j as isize, self.height));
+            if inside {
+                for (out, &pixel) in line.iter_mut().zip(&row[left as usize..][..width]) {
+                    *out = f32::from(pixel) * GREY;
+                }
+            } else {
+                for (i, out) in line.iter_mut().enumerate() {
+                    *out = f32::from(row[clamped(left + i as isize, self.width)]) * GREY;
+                }
+            }
+        }
+    }
+
+    /// The next coarser level: columns are summed first, so that the inner loop runs along rows.
+    fn halved(&self) -> Self {
+        let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
+        let mut pixels = vec![0; width * height];
+        // Two repeated pixels on the left, and on the right as many as the last output pixel reaches.
+        let mut sums = vec![0_u32; 2 * width + 3];
+        for (y, line) in pixels.chunks_exact_mut(width).enumerate() {
+            let rows = [0, 1, 2, 3, 4].map(|j| self.row(clamped(2 * y as isize + j - 2, self.height)));
+            let inner = &mut sums[2..][..self.width];
+            for (x, sum) in inner.iter_mut().enumerate() {
+                let [a, b, c, d, e] = rows.map(|row| u32::from(row[x]));
+                *sum = a + e + 4 * (b + c + d) + 2 * c;
+            }
+            let (first, last) = (inner[0], inner[self.width - 1]);
+            sums[..2].fill(first);
+            sums[2 + self.width..].fill(last);
+            for (out, s) in line.iter_mut().zip(sums.windows(5).step_by(2)) {
+                *out = ((s[0] + s[4] + 4 * (s[1] + s[2] + s[3]) + 2 * s[2] + 128) >> 8) as u16;
+            }
+        }
+        Self { width, height, pixels }
+    }
+}
+
+/// The index of the nearest pixel inside the frame.
+fn clamped(index: isize, size: usize) -> usize {
+    index.clamp(0, size as isize - 1) as usize
+}
+
+/// Weights of the pixels −1, 0, 1 and 2 beside a position `t` of the way from pixel 0 to pixel 1.
+pub(crate) fn weights(interpolation: Interpolation, t: f64) -> [f64; 4] {
+    match interpolation {
+        Interpolation::Bilinear => [0.0, 1.0 - t, t, 0.0],
+        Interpolation::Bicubic => {
+            let (t2, t3) = (t * t, t * t * t);
+            [-0.5 * t + t2 - 0.5 * t3, 1.0 - 2.5 * t2 + 1.5 * t3, 0.5 * t + 2.0 * t2 - 1.5 * t3, -0.5 * t2 + 0.5 * t3]
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::Luma;
+
+    fn ramp(width: u32, height: u32) -> GrayImage {
+        GrayImage::from_fn(width, height, |x, y| Luma([(x + 2 * y) as u8]))
+    }
+
+    #[test]
+    fn a_ramp_keeps_its_values_at_every_level() {
+        let pyramid = Pyramid::new(&ramp(81, 60), 3);
+        for (l, level) in pyramid.levels().iter().enumerate() {
+            let (at, scale) = (Vec2::new(6.25, 5.5), f64::from(1 << l));
+            for interpolation in [Interpolation::Bilinear, Interpolation::Bicubic] {
+                let grey = level.sample(&at, interpolation).unwrap();
+                assert!((grey - scale * (at.x + 2.0 * at.y)).abs() < 0.01, "level {l}: {grey}");
+            }
+        }
+        assert_eq!(pyramid.levels()[1].width(), 41);
+        assert_eq!(pyramid.levels()[2].height(), 15);
+    }
+
+    #[test]
+    fn bicubic_is_exact_for_a_parabola() {
+        let picture = GrayImage::from_fn(16, 16, |x, _| Luma([(x * x) as u8]));
+        let pyramid = Pyramid::new(&picture, 1);
+        let grey = pyramid.finest().sample(&Vec2::new(7.3, 4.0), Interpolation::Bicubic).unwrap();
+        assert!((grey - 7.3 * 7.3).abs() < 1e-9);
+    }
+
+    #[test]
+    fn no_level_is_smaller_than_a_dozen_pixels() {
+        assert_eq!(Pyramid::new(&ramp(352, 288), 20).levels().len(), 5);
+        assert_eq!(Pyramid::new(&ramp(3, 2), 4).levels().len(), 1);
+    }
+
+    #[test]
+    fn outside_the_frame_there_is_no_grey_level() {
+        let pyramid = Pyramid::new(&ramp(20, 20), 1);
+        for at in [Vec2::new(-0.1, 3.0), Vec2::new(3.0, 19.1), Vec2::new(f64::NAN, 3.0)] {
+            assert!(pyramid.finest().sample(&at, Interpolation::Bilinear).is_none());
+        }
+        assert!(pyramid.finest().sample(&Vec2::new(19.0, 19.0), Interpolation::Bicubic).is_some());
+    }
+
+    #[test]
+    fn a_window_over_the_edge_repeats_the_edge() {
+        let mut window = Vec::new();
+        Pyramid::new(&ramp(20, 20), 1).finest().copy_window(-2, 0, 4, 1, &mut window);
+        assert_eq!(window, [0.0, 0.0, 0.0, 1.0]);
+    }
+}

@@ -1,0 +1,27 @@
+//! `cargo x check`: formatting, lints, documentation, types, layers.
+
+use crate::environment::BLENDER_5_0;
+use crate::run::{cargo, run, say};
+use std::process::Command;
+
+/// Runs every check.
+pub fn check() -> anyhow::Result<()> {
+    say("formatting");
+    run(&mut cargo(&["fmt", "--all", "--check"]))?;
+    say("lints");
+    run(&mut cargo(&["clippy", "--release", "--workspace", "--all-targets", "--quiet", "--", "--deny", "warnings"]))?;
+    say("documentation");
+    run(cargo(&["doc", "--release", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "--deny warnings"))?;
+    say("Python");
+    let ruff = BLENDER_5_0.program("ruff")?;
+    run(Command::new(&ruff).args(["check", "addon", "tests", "blend_fixtures", "rust/xtask/python"]))?;
+    run(Command::new(&ruff).args(["format", "--check", "addon", "tests", "blend_fixtures", "rust/xtask/python"]))?;
+    run(&mut Command::new(BLENDER_5_0.program("pyright")?))?;
+    layers()
+}
+
+/// The Python import arrows of DESIGN: panel → operators → actions → {scene, engine}.
+pub fn layers() -> anyhow::Result<()> {
+    say("layers");
+    run(BLENDER_5_0.python()?.args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/python/test_layers.py"]))
+}

@@ -1,0 +1,71 @@
+//! `cargo x …`: every task of the project, on a fresh machine too.
+//!
+//! Only Rust, Python 3.11, git and npm are taken for granted. Whatever else a task needs is installed from its registry,
+//! at a pinned version, into `target/`.
+
+mod addon;
+mod check;
+mod demo;
+mod environment;
+mod fetch;
+mod generic_head;
+mod gui;
+mod run;
+mod test;
+
+use clap::{Parser, Subcommand};
+use std::path::PathBuf;
+
+#[derive(Parser)]
+#[command(name = "cargo x", about = "Facewright's tasks")]
+struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Builds everything, reconstructs the demo clip in Blender, saves .blend, .glb, report and pictures
+    Demo {
+        /// Your own clip or folder of frames
+        #[arg(long)]
+        clip: Option<PathBuf>,
+        /// First and last frame of the clip, e.g. 480-660
+        #[arg(long)]
+        frames: Option<String>,
+        /// Where to put the results
+        #[arg(short, long, default_value = "target/demo")]
+        out: PathBuf,
+    },
+    /// Runs every test
+    Test {
+        /// Also click through a real Blender window (needs root and debootstrap)
+        #[arg(long)]
+        gui: bool,
+    },
+    /// Formatting, lints, documentation, types, layers
+    Check,
+    /// Our figures and the peers', in one run, as ratios
+    Bench {
+        /// One feature only
+        word: Option<String>,
+    },
+    /// Builds the generic head and the landmark nets into target/assets
+    Head,
+    /// Builds the wheel and the validated extension zip into target/addon
+    Addon,
+    /// Rebuilds blend_fixtures/*.blend from their scripts
+    Fixtures,
+}
+
+fn main() -> anyhow::Result<()> {
+    match Arguments::parse().task {
+        Task::Demo { clip, frames, out } => demo::demo(clip.as_deref(), frames.as_deref(), &out),
+        Task::Test { gui } => test::test(gui),
+        Task::Check => check::check(),
+        Task::Bench { word } => test::bench(word.as_deref()),
+        Task::Head => generic_head::build().map(drop),
+        Task::Addon => addon::build().map(drop),
+        Task::Fixtures => test::fixtures(),
+    }
+}

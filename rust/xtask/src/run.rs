@@ -1,0 +1,52 @@
+//! Running other programs: what is run is shown, and a failure stops the task.
+
+use anyhow::{Context, bail};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The project's root folder.
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap_or(Path::new(".")).to_owned()
+}
+
+/// A folder or file under `target/`.
+pub fn target(path: &str) -> PathBuf {
+    root().join("target").join(path)
+}
+
+/// Says what is being done.
+pub fn say(message: &str) {
+    eprintln!("\x1b[1m▸ {message}\x1b[0m");
+}
+
+/// Runs a command in the project's root and fails if it fails.
+pub fn run(command: &mut Command) -> anyhow::Result<()> {
+    let shown = show(command);
+    let status = command.current_dir(root()).status().with_context(|| format!("{shown} cannot be started"))?;
+    if !status.success() {
+        bail!("{shown} failed ({status})");
+    }
+    Ok(())
+}
+
+/// Runs a command in the project's root, quietly, and gives back what it printed.
+pub fn output(command: &mut Command) -> anyhow::Result<String> {
+    let shown = show(command);
+    let out = command.current_dir(root()).output().with_context(|| format!("{shown} cannot be started"))?;
+    if !out.status.success() {
+        bail!("{shown} failed ({}): {}", out.status, String::from_utf8_lossy(&out.stderr));
+    }
+    Ok(String::from_utf8_lossy(&out.stdout).trim().to_owned())
+}
+
+/// `cargo` with its arguments.
+pub fn cargo(arguments: &[&str]) -> Command {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));
+    command.args(arguments);
+    command
+}
+
+fn show(command: &Command) -> String {
+    let words = std::iter::once(command.get_program()).chain(command.get_args());
+    words.map(|w| w.to_string_lossy()).collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,47 @@
+//! `cargo x test`, `cargo x bench`, `cargo x fixtures`.
+
+use crate::environment::{BLENDER_4_5, BLENDER_5_0, Environment};
+use crate::run::{cargo, root, run, say};
+use crate::{addon, generic_head, gui};
+
+/// Every test: Rust, Python, Blender 4.5 and 5.0; with `gui` the real window too.
+pub fn test(with_gui: bool) -> anyhow::Result<()> {
+    generic_head::build()?;
+    say("Rust");
+    run(&mut cargo(&["test", "--release", "--workspace", "--exclude", "xtask"]))?;
+    let zip = addon::build()?;
+    say("Python");
+    pytest(&BLENDER_5_0, "tests/python", &zip)?;
+    for environment in [&BLENDER_5_0, &BLENDER_4_5] {
+        say(&format!("Blender {}", environment.version()));
+        pytest(environment, "tests/blender", &zip)?;
+    }
+    if with_gui {
+        gui::test(&zip)?;
+    }
+    Ok(())
+}
+
+fn pytest(environment: &Environment, folder: &str, zip: &std::path::Path) -> anyhow::Result<()> {
+    let mut python = environment.python()?;
+    python.args(["-m", "pytest", "-q", "-p", "no:cacheprovider", folder]);
+    run(python.env("FACEWRIGHT_ZIP", zip).env("FACEWRIGHT_ROOT", root()))
+}
+
+/// Benches of one feature word, or of all.
+pub fn bench(word: Option<&str>) -> anyhow::Result<()> {
+    generic_head::build()?;
+    run(cargo(&["run", "--quiet", "--release", "--package", "bench", "--"]).args(word))
+}
+
+/// Runs every script of `blend_fixtures/make`.
+pub fn fixtures() -> anyhow::Result<()> {
+    let zip = addon::build()?;
+    let mut scripts: Vec<_> = std::fs::read_dir(root().join("blend_fixtures/make"))?.filter_map(|e| e.ok()).collect();
+    scripts.sort_by_key(std::fs::DirEntry::path);
+    for script in scripts.iter().map(std::fs::DirEntry::path).filter(|p| p.extension().is_some_and(|e| e == "py")) {
+        say(&script.file_name().unwrap_or_default().to_string_lossy());
+        run(BLENDER_5_0.python()?.arg(&script).env("FACEWRIGHT_ZIP", &zip))?;
+    }
+    Ok(())
+}
