@@ -24,7 +24,7 @@ use vision::landmarks::{FaceLandmarker, topology::MIRROR};
 pub struct AnchorOptions {
     /// Random members of the class besides the mean.
     pub people: usize,
-    /// Their coefficients' standard deviation.
+    /// Their coefficients' standard deviation: the class is wider than people are.
     pub spread: f64,
     /// Yaw and pitch of each view, degrees; the first is frontal.
     pub views: Vec<[f64; 2]>,
@@ -40,7 +40,7 @@ impl Default for AnchorOptions {
     fn default() -> Self {
         let yaws = [0.0, -10.0, 10.0, -20.0, 20.0, -40.0, 40.0].map(|yaw| [yaw, 0.0]);
         let views = yaws.into_iter().chain([[0.0, -15.0], [0.0, 15.0]]).collect();
-        Self { people: 10, spread: 1.0, views, size: 384, rounds: 3, seed: 2 }
+        Self { people: 10, spread: 0.5, views, size: 384, rounds: 3, seed: 2 }
     }
 }
 
@@ -210,4 +210,53 @@ fn average(head: &GenericHead, outside: &[[u32; 3]], sightings: &[Sighting]) -> 
         Some(Anchor { triangle: outside[hit.triangle], weights: hit.weights, sigma: (people + views).sqrt() })
     };
     (0..MIRROR.len()).filter_map(anchor).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wavy sheet of 21 × 21 vertices, 5 mm apart, facing +z.
+    fn sheet() -> (Vec<Vec3>, Vec<[u32; 3]>) {
+        let height = |x: f64, y: f64| 0.01 * (30.0 * x).cos() + 0.005 * (40.0 * y).sin();
+        let at = |i: u32| (f64::from(i % 21) * 0.005 - 0.05, f64::from(i / 21) * 0.005 - 0.05);
+        let positions = (0..441).map(|i| Vec3::new(at(i).0, at(i).1, height(at(i).0, at(i).1))).collect();
+        let quads: Vec<[u32; 4]> = (0..400).map(|i| i % 20 + i / 20 * 21).map(|i| [i, i + 1, i + 22, i + 21]).collect();
+        (positions, mesh::triangulate(&quads))
+    }
+
+    fn rays(target: &Vec3, noise: f64) -> Vec<Ray> {
+        let mut random = Random::new(11, 0);
+        let views = AnchorOptions::default().views;
+        let ray = |&[yaw, pitch]: &[f64; 2]| {
+            let origin = View::around(yaw, pitch, 100).cam_from_head.inverse().translation;
+            let wrong = Vec3::from_fn(|_, _| random.normal(0.0, noise));
+            Ray { origin, direction: (target + wrong - origin).normalize() }
+        };
+        views.iter().map(ray).collect()
+    }
+
+    #[test]
+    fn a_point_is_found_despite_noise_and_one_wild_view() {
+        let (positions, triangles) = sheet();
+        let skin = Bvh::new(&positions, &triangles);
+        let target = skin.closest(&Vec3::new(0.012, -0.017, 0.0)).unwrap();
+        let target = mesh::at_barycentric(&positions, &triangles[target.triangle], &target.weights);
+        let mut rays = rays(&target, 0.001);
+        rays[4].direction = (target + Vec3::new(0.03, 0.02, 0.0) - rays[4].origin).normalize();
+        let start = target + Vec3::new(0.002, -0.002, 0.01);
+        let (hit, scatter) = intersect(&positions, &triangles, &skin, &rays, start, 5).unwrap();
+        let found = mesh::at_barycentric(&positions, &triangles[hit.triangle], &hit.weights);
+        assert!((found - target).norm() < 0.001, "{}", (found - target).norm());
+        assert!(scatter.sqrt() > 0.0005 && scatter.sqrt() < 0.006, "{}", scatter.sqrt());
+    }
+
+    #[test]
+    fn exact_rays_have_no_scatter() {
+        let (positions, triangles) = sheet();
+        let target = positions[230];
+        let skin = Bvh::new(&positions, &triangles);
+        let (hit, scatter) = intersect(&positions, &triangles, &skin, &rays(&target, 0.0), target, 3).unwrap();
+        assert!(hit.distance < 1e-9 && scatter < 1e-18);
+    }
 }

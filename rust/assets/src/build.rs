@@ -23,6 +23,8 @@ use image::GrayImage;
 use rayon::prelude::*;
 use vision::landmarks::FaceLandmarker;
 
+/// Directions in which the cavity mask looks.
+const MASK_DIRECTIONS: usize = 240;
 /// A base vertex on the edge of the subject's left lids.
 const LID_VERTEX: u32 = 13361;
 
@@ -68,7 +70,7 @@ fn bare_head(wheel: &mut Wheel, base: &Base, cut: &Cut, options: &HeadOptions) -
     let default = population.default_adult();
     let mirror = mirror_map(&cut.positions(&base.positions), &cut.quads, 1e-4)?;
     let (default, scale) = in_head_frame(&default, &cut.parts, options.eye_distance)?;
-    let openness = openness(&default, &cut.quads, &cut.parts);
+    let openness = openness(&default, &cut.quads, &cut.parts, MASK_DIRECTIONS);
     let cavity = cavity(default.len(), &cut.quads, &openness);
     let samples = (0..options.samples as u64)
         .into_par_iter()
@@ -191,4 +193,30 @@ fn contacts(positions: &[Vec3], cut: &Cut, mirror: &[u32], keys: &mut [Key]) -> 
     let jaw_open = keys.iter().find(|k| k.name == "jawOpen").context("no key jawOpen")?;
     let lips = lip_contacts(positions, &normals, &skin.vertices, jaw_open);
     Ok(([left, right], lips))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_head_frame_lies_between_the_eyes_and_has_their_distance() {
+        let ball = |x: f64| [-1.0, 1.0].map(|z| Vec3::new(x, 7.0, 1.0 + z));
+        let positions = [ball(0.3), ball(-0.3)].concat();
+        let eye = |name: &str, first: usize| Part { name: name.to_owned(), vertices: first..first + 2, quads: 0..0 };
+        let parts = [eye(part::EYE_LEFT, 0), eye(part::EYE_RIGHT, 2)];
+        let (moved, scale) = in_head_frame(&positions, &parts, 0.063).unwrap();
+        assert!((scale - 0.105).abs() < 1e-12 && (moved[0] - Vec3::new(0.0315, 0.0, -0.105)).norm() < 1e-12);
+        assert!(in_head_frame(&positions, &parts[..1], 0.063).is_err());
+    }
+
+    #[test]
+    fn a_part_fits_into_its_half_of_the_spare_corner() {
+        let mut uvs = [[[0.4, 0.1], [0.5, 0.1], [0.5, 0.4], [0.4, 0.4]]];
+        let rect = half_of(&Rect { min: [0.6, 0.0], max: [1.0, 0.1] }, 1.0);
+        fit_into(&mut uvs, &rect);
+        let [low, _, high, _] = uvs[0];
+        assert!(low[0] >= 0.8 && high[0] <= 1.0 && low[1] >= 0.0 && high[1] <= 0.1);
+        assert!(((high[1] - low[1]) / (high[0] - low[0]) - 3.0).abs() < 1e-4, "undistorted");
+    }
 }

@@ -43,7 +43,9 @@ impl Bvh {
         let centres: Vec<Vec3> = (0..triangles.len() as u32).map(|t| corners(&t).iter().sum::<Vec3>() / 3.0).collect();
         let mut order: Vec<u32> = (0..triangles.len() as u32).collect();
         let mut tree = Self { nodes: Vec::new(), corners: Vec::new(), order: Vec::new() };
-        tree.split(&mut order, 0, &centres, &corners);
+        if !order.is_empty() {
+            tree.split(&mut order, 0, &centres, &corners);
+        }
         tree.corners = order.iter().map(corners).collect();
         tree.order = order;
         tree
@@ -65,6 +67,11 @@ impl Bvh {
         self.split(left, start, centres, corners);
         self.nodes[node].start = self.nodes.len() as u32;
         self.split(right, start + left.len(), centres, corners);
+    }
+
+    /// Where every walk begins: the root, or nowhere.
+    fn root(&self) -> Vec<usize> {
+        if self.nodes.is_empty() { Vec::new() } else { vec![0] }
     }
 
     /// What a ray meets first of the triangles that face it; `direction` is of unit length.
@@ -106,7 +113,7 @@ impl Bvh {
         mut visit: impl FnMut(&Self, std::ops::Range<usize>, &mut f64) -> bool,
     ) {
         let inverse = direction.map(|d| 1.0 / d);
-        let (mut stack, mut reach) = (vec![0_usize], f64::MAX);
+        let (mut stack, mut reach) = (self.root(), f64::MAX);
         while let Some(i) = stack.pop() {
             let node = &self.nodes[i];
             let (a, b) = ((node.low - origin).component_mul(&inverse), (node.high - origin).component_mul(&inverse));
@@ -128,7 +135,7 @@ impl Bvh {
     /// The closest point of the surface; `None` for a mesh without triangles.
     pub fn closest(&self, point: &Vec3) -> Option<Hit> {
         let mut best: Option<Hit> = None;
-        let mut stack = vec![0_usize];
+        let mut stack = self.root();
         while let Some(i) = stack.pop() {
             let node = &self.nodes[i];
             let gap = (point.sup(&node.low).inf(&node.high) - point).norm();

@@ -26,6 +26,8 @@ const LIGHTS: [([f64; 3], f64); 3] =
     [([-0.35, -0.7, -0.75], 0.75), ([0.8, -0.25, -0.55], 0.35), ([-0.9, 0.1, -0.4], 0.2)];
 /// Strength of the light from all around.
 const AMBIENT: f64 = 0.5;
+/// Directions in which the surroundings are looked for.
+const DIRECTIONS: usize = 96;
 /// Grey of the background, linear.
 const BACKGROUND: f64 = 0.18;
 
@@ -88,7 +90,8 @@ impl Model {
         let drawn = head.parts.iter().filter(|p| p.name != part::LASHES);
         let triangles: Vec<[u32; 3]> = drawn.clone().flat_map(|p| head.triangles(p)).collect();
         let normals = mesh::vertex_normals(&positions, &triangles);
-        let open = vertex_means(positions.len(), &triangles, &openness(&positions, &head.quads, &head.parts));
+        let open =
+            vertex_means(positions.len(), &triangles, &openness(&positions, &head.quads, &head.parts, DIRECTIONS));
         let mut colours = vec![Surface::Plain(PUPIL); positions.len()];
         for part in drawn {
             let centre = ball_centre(&positions[part.vertices.clone()]);

@@ -33,6 +33,7 @@ mod shape;
 mod skin;
 mod solve;
 mod tracks;
+mod unseen;
 
 pub use assets::Assets;
 pub use calibration::{CalibrateOptions, CalibratedCamera, calibrate};

@@ -3,6 +3,7 @@
 use crate::clip::{Clip, head_size};
 use crate::select::median;
 use crate::solve::{SolveOptions, Structure, solve};
+use crate::unseen::replace_unseen;
 use crate::tracks::{FaceTrack, FollowOptions, TrackedFrame, follow};
 use crate::{FacewrightError, FitReport, SourcedCamera};
 use geometry::{Camera, Progress, Similarity, Transform, Vec3};
@@ -90,6 +91,11 @@ pub fn measure_shape(
         head_from_landmark_head = chain(&fit.head_from_cloud, &head_from_landmark_head);
         known = Known { positions: carried.positions, poses, camera: structure.camera };
         last = Some(Measured { structure, fit });
+    }
+    if let Some(measured) = &last {
+        let to_head = &measured.fit.head_from_cloud;
+        let points: Vec<Vec3> = measured.structure.cloud.iter().map(|p| to_head.apply(&p.position)).collect();
+        known.positions = replace_unseen(head, &known.positions, &points);
     }
     let mut warnings = Vec::new();
     if last.is_none() {

@@ -135,7 +135,8 @@ pub fn carry_parts(generic: &GenericHead, positions: &mut [Vec3]) -> Result<(), 
     let mouth: Vec<usize> = [part::TEETH_UPPER, part::TEETH_LOWER, part::TONGUE].iter().flat_map(|n| of(n)).collect();
     let from: Vec<Vec3> = mouth.iter().map(|&v| generic.positions[v]).collect();
     let to: Vec<Vec3> = from.iter().map(|p| warp.at(p).position).collect();
-    let fit = Similarity::fit(&from, &to, None, true).ok_or_else(|| HeadError::Degenerate { place: "mouth".to_owned() })?;
+    let fit =
+        Similarity::fit(&from, &to, None, true).ok_or_else(|| HeadError::Degenerate { place: "mouth".to_owned() })?;
     let back = Vec3::new(0.0, 0.0, protrusion(generic, &skin, &mouth, &fit));
     for (v, p) in mouth.into_iter().zip(&from) {
         positions[v] = fit.apply(p) - back;
@@ -188,7 +189,10 @@ fn lid_vertices<'a>(generic: &'a GenericHead, centre: &'a Vec3, radius: f64) -> 
 
 fn eyeball(generic: &GenericHead, side: usize) -> Result<&Part, HeadError> {
     let name = [part::EYE_LEFT, part::EYE_RIGHT][side];
-    generic.part(name).filter(|p| !p.vertices.is_empty()).ok_or_else(|| HeadError::Degenerate { place: name.to_owned() })
+    generic
+        .part(name)
+        .filter(|p| !p.vertices.is_empty())
+        .ok_or_else(|| HeadError::Degenerate { place: name.to_owned() })
 }
 
 /// Centre and outer radius of an eyeball.
@@ -210,12 +214,15 @@ pub fn opening(generic: &GenericHead, side: usize, count: usize) -> Result<Vec<(
     let (centre, radius) = ball(&generic.positions, eye);
     let rim: Vec<[u32; 2]> = rim_edges(generic)
         .into_iter()
-        .filter(|e| e.iter().all(|&v| {
-            let p = generic.positions[v as usize] - centre;
-            p.z > 0.0 && p.norm() < 1.5 * radius
-        }))
+        .filter(|e| {
+            e.iter().all(|&v| {
+                let p = generic.positions[v as usize] - centre;
+                p.z > 0.0 && p.norm() < 1.5 * radius
+            })
+        })
         .collect();
-    let middle = rim.iter().flatten().map(|&v| generic.positions[v as usize]).sum::<Vec3>() / (2 * rim.len()).max(1) as f64;
+    let middle =
+        rim.iter().flatten().map(|&v| generic.positions[v as usize]).sum::<Vec3>() / (2 * rim.len()).max(1) as f64;
     let crossing = |k: usize| {
         let angle = std::f64::consts::TAU * k as f64 / count as f64;
         let hits = rim.iter().filter_map(|e| {
@@ -235,7 +242,94 @@ pub fn opening(generic: &GenericHead, side: usize, count: usize) -> Result<Vec<(
 /// Edges between a wholly visible quad and one that is not.
 fn rim_edges(generic: &GenericHead) -> Vec<[u32; 2]> {
     let quads = &generic.quads[generic.skin().quads.clone()];
-    let (hidden, seen): (Vec<_>, Vec<_>) = quads.iter().copied().partition(|q| q.iter().any(|&v| generic.cavity[v as usize]));
+    let (hidden, seen): (Vec<_>, Vec<_>) =
+        quads.iter().copied().partition(|q| q.iter().any(|&v| generic.cavity[v as usize]));
     let hidden = mesh::quad_edges(&hidden);
     mesh::quad_edges(&seen).into_iter().filter(|e| hidden.binary_search(e).is_ok()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{asset, person};
+
+    #[test]
+    fn eyeballs_touch_the_lids_from_inside_on_other_people() {
+        let Some(generic) = asset() else { return };
+        let options = EyeOptions::default();
+        for seed in 0..4 {
+            let head = person(&generic, seed, 1.2, 6e-4);
+            let eyes = fit_eyes(&generic, &head, &[None; 2], &options).unwrap();
+            for (side, eye) in eyes.iter().enumerate() {
+                let (centre, radius) = ball(&generic.positions, eyeball(&generic, side).unwrap());
+                let clearance = |v: usize| (head[v] - eye.centre).norm() - eye.radius;
+                let least = lid_vertices(&generic, &centre, radius).map(clearance).fold(f64::INFINITY, f64::min);
+                assert!((least - options.clearance).abs() < 1e-6, "{least}");
+                assert!((0.8..=1.2).contains(&(eye.radius / options.radius)) && eye.gaze.z > 0.9);
+            }
+            assert!(((eyes[0].centre - eyes[1].centre).norm() - 0.063).abs() < 0.008);
+        }
+    }
+
+    #[test]
+    fn an_iris_gives_size_and_gaze() {
+        let Some(generic) = asset() else { return };
+        let plain = fit_eyes(&generic, &generic.positions, &[None; 2], &EyeOptions::default()).unwrap();
+        let centre = plain[0].centre + Vec3::new(0.003, 0.0, 0.0115);
+        let seen = [Some(IrisObservation { centre, radius: 0.0062 }), None];
+        let eyes = fit_eyes(&generic, &generic.positions, &seen, &EyeOptions::default()).unwrap();
+        assert!((eyes[0].iris_radius - 0.0062).abs() < 1e-12 && eyes[0].radius > plain[0].radius);
+        assert!(eyes[0].gaze.x > 0.2 && eyes[1] == plain[1]);
+    }
+
+    #[test]
+    fn placed_eyes_have_their_size_and_their_sockets_are_hidden() {
+        let Some(generic) = asset() else { return };
+        let mut head = person(&generic, 5, 1.0, 0.0);
+        let eyes = fit_eyes(&generic, &head, &[None; 2], &EyeOptions::default()).unwrap();
+        place_eyes(&generic, &mut head, &eyes).unwrap();
+        let eye = eyeball(&generic, 1).unwrap();
+        let (centre, radius) = ball(&head, eye);
+        assert!((centre - eyes[1].centre).norm() < 1e-6 && (radius - eyes[1].radius).abs() < 1e-6);
+        let (there, wide) = ball(&generic.positions, eye);
+        let sockets = generic
+            .skin()
+            .vertices
+            .clone()
+            .filter(|&v| generic.cavity[v] && ((generic.positions[v] - there).norm() - wide).abs() < LID);
+        assert!(sockets.into_iter().all(|v| (head[v] - centre).norm() < radius));
+    }
+
+    #[test]
+    fn the_generic_heads_parts_stay_where_they_are() {
+        let Some(generic) = asset() else { return };
+        let mut head = generic.positions.clone();
+        carry_parts(&generic, &mut head).unwrap();
+        let moved = head.iter().zip(&generic.positions).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        assert!(moved < 1e-9, "{moved}");
+    }
+
+    #[test]
+    fn teeth_stay_behind_the_lips_of_other_people() {
+        let Some(generic) = asset() else { return };
+        for seed in 0..4 {
+            let head = person(&generic, seed, 1.2, 6e-4);
+            let mouth: Vec<usize> = [part::TEETH_UPPER, part::TEETH_LOWER]
+                .iter()
+                .flat_map(|n| generic.part(n).unwrap().vertices.clone())
+                .collect();
+            let front = |p: &[Vec3], vs: &mut dyn Iterator<Item = usize>| vs.map(|v| p[v].z).fold(f64::MIN, f64::max);
+            let lips = || generic.lip_contacts.iter().flatten().map(|&v| v as usize);
+            let room = |p: &[Vec3]| front(p, &mut lips()) - front(p, &mut mouth.iter().copied());
+            assert!(room(&head) > 0.0, "seed {seed}: {} of {}", room(&head), room(&generic.positions));
+        }
+    }
+
+    #[test]
+    fn another_topology_is_refused() {
+        let Some(generic) = asset() else { return };
+        let mut short = generic.positions[1..].to_vec();
+        assert!(carry_parts(&generic, &mut short).is_err());
+        assert!(fit_eyes(&generic, &short, &[None; 2], &EyeOptions::default()).is_err());
+    }
 }

@@ -45,7 +45,8 @@ impl<'a> GradientTransfer<'a> {
         let mut sides: Vec<[u32; 2]> = triangles.iter().flat_map(|(t, _)| edges(t)).collect();
         sides.iter_mut().for_each(|e| e.sort_unstable());
         sides.sort_unstable();
-        let edges: Vec<([u32; 2], f64)> = sides.chunk_by(|a, b| a == b).map(|same| (same[0], same.len() as f64)).collect();
+        let edges: Vec<([u32; 2], f64)> =
+            sides.chunk_by(|a, b| a == b).map(|same| (same[0], same.len() as f64)).collect();
         let mut spacing = vec![0.0; generic.len()];
         for ([a, b], count) in &edges {
             let square = (generic[*a as usize] - generic[*b as usize]).norm_squared() * count;
@@ -155,7 +156,8 @@ impl System {
     fn solve(self) -> Result<Vec<Vec3>, HeadError> {
         let n = self.right.nrows();
         let degenerate = || HeadError::Degenerate { place: "skin".to_owned() };
-        let matrix = SparseColMat::<usize, f64>::try_new_from_triplets(n, n, &self.triplets).map_err(|_| degenerate())?;
+        let matrix =
+            SparseColMat::<usize, f64>::try_new_from_triplets(n, n, &self.triplets).map_err(|_| degenerate())?;
         let solution = matrix.sp_cholesky(Side::Lower).map_err(|_| degenerate())?.solve(&self.right);
         let field: Vec<Vec3> = (0..n).map(|i| Vec3::from_fn(|k, _| solution[(i, k)])).collect();
         if field.iter().all(|d| d.iter().all(|x| x.is_finite())) { Ok(field) } else { Err(degenerate()) }
@@ -186,7 +188,8 @@ mod tests {
         let turn = Rotation3::from_axis_angle(&Vec3::y_axis(), -0.4);
         let region: Vec<u32> = (0..points.len() as u32).filter(|v| v / 7 > 15).collect();
         let pivot = Vec3::new(0.045, 0.0, 0.0);
-        let offsets = region.iter().map(|&v| turn * (points[v as usize] - pivot) - (points[v as usize] - pivot)).collect();
+        let offsets =
+            region.iter().map(|&v| turn * (points[v as usize] - pivot) - (points[v as usize] - pivot)).collect();
         (region, offsets)
     }
 

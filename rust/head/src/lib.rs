@@ -5,6 +5,9 @@
 //! - [`fit::fit_landmarks`], [`fit::fit_cloud`]: from observations to the person's head.
 //! - [`deform`]: carries the whole head along with measured features.
 //! - [`surface::SkinSurface`]: closest points on the skin.
+//! - [`transfer::KeyTransfer`]: all expression keys carried over to the person.
+//! - [`eyes`]: eyeballs fitted to sockets and irises; lashes, teeth and tongue. [`eyes_paper`]: the paper's eyes.
+//! - [`expressions::expressions`], [`visemes::viseme_keys`]: named sums of keys.
 //!
 //! # Conventions
 //! Head frame: origin between the eyes, +x the subject's left, +y up, +z out of the face; metres. "Left" is the
@@ -25,6 +28,8 @@ mod format;
 mod generic;
 pub mod gradient;
 pub mod surface;
+#[cfg(test)]
+mod testing;
 pub mod topology;
 
 pub use error::HeadError;

@@ -133,10 +133,13 @@ impl<'a> KeyTransfer<'a> {
     fn turn_eye(&self, own: &mut Key, key: &Key, eye: &Part) {
         let (generic, person) = (Ball::new(&self.generic.positions, eye), Ball::new(self.basis, eye));
         let inside = |v: u32| eye.vertices.contains(&(v as usize));
-        let from: Vec<Vec3> =
-            key.offsets.iter().filter(|o| inside(o.0)).map(|o| self.generic.positions[o.0 as usize] - generic.centre).collect();
-        let to: Vec<Vec3> =
-            key.offsets.iter().filter(|o| inside(o.0)).zip(&from).map(|(o, p)| p + o.1).collect();
+        let from: Vec<Vec3> = key
+            .offsets
+            .iter()
+            .filter(|o| inside(o.0))
+            .map(|o| self.generic.positions[o.0 as usize] - generic.centre)
+            .collect();
+        let to: Vec<Vec3> = key.offsets.iter().filter(|o| inside(o.0)).zip(&from).map(|(o, p)| p + o.1).collect();
         let Some(turn) = Similarity::fit(&from, &to, None, false) else { return };
         let scale = person.radius / generic.radius.max(1e-12);
         let turned = |p: &Vec3| turn.rigid.rotation * p - p;
@@ -216,10 +219,8 @@ impl<'a> KeyTransfer<'a> {
     fn correct(&self, own: &mut Key, wanted: &[(u32, Vec3)]) -> Result<(), HeadError> {
         let region = self.region(own);
         let largest = own.offsets.iter().map(|o| o.1.norm()).fold(1e-12, f64::max);
-        let reluctance: Vec<f64> = own.offsets[..region.len()]
-            .iter()
-            .map(|(_, d)| RELUCTANCE / (d.norm() / largest + 0.02).powi(2))
-            .collect();
+        let reluctance: Vec<f64> =
+            own.offsets[..region.len()].iter().map(|(_, d)| RELUCTANCE / (d.norm() / largest + 0.02).powi(2)).collect();
         let field = spread(&self.rings, &region, &reluctance, wanted)?;
         own.offsets.iter_mut().zip(&field).for_each(|((_, d), c)| *d += c);
         Ok(())
@@ -266,7 +267,8 @@ fn check(generic: &GenericHead, positions: &[Vec3]) -> Result<(), HeadError> {
     if found != wanted {
         return Err(HeadError::Topology { found, wanted });
     }
-    let bad = generic.parts.iter().find(|p| positions[p.vertices.clone()].iter().any(|v| v.iter().any(|x| !x.is_finite())));
+    let bad =
+        generic.parts.iter().find(|p| positions[p.vertices.clone()].iter().any(|v| v.iter().any(|x| !x.is_finite())));
     bad.map_or(Ok(()), |p| Err(HeadError::Degenerate { place: p.name.clone() }))
 }
 
@@ -294,9 +296,8 @@ fn offset(key: &Key, vertex: u32) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::eyes::{EyeOptions, carry_parts, fit_eyes, place_eyes};
     use crate::IdentityClass;
-    use std::path::Path;
+    use crate::testing::{asset, with_eyes};
 
     /// Seven parts of nine vertices, two keys.
     fn toy_head() -> GenericHead {
@@ -304,12 +305,17 @@ mod tests {
             let centre = [Vec3::zeros(), Vec3::new(0.03, 0.0, -0.01), Vec3::new(-0.03, 0.0, -0.01)];
             let (part, i) = (v / 9, v % 9);
             let bulge = if i == 4 { 0.004 } else { 0.0 };
-            centre[if part < 3 { part } else { 0 }] + Vec3::new((i % 3) as f64 - 1.0, (i / 3) as f64 - 1.0, 0.0) * 0.01 + Vec3::z() * bulge
+            centre[if part < 3 { part } else { 0 }]
+                + Vec3::new((i % 3) as f64 - 1.0, (i / 3) as f64 - 1.0, 0.0) * 0.01
+                + Vec3::z() * bulge
         };
         let corners = [[0, 1, 4, 3], [1, 2, 5, 4], [3, 4, 7, 6], [4, 5, 8, 7]];
         let key = |name: &str, shift: f64| Key {
             name: name.into(),
-            offsets: (0..63).filter(|v| v % 9 > 3).map(|v| (v, Vec3::new(0.0, -shift, shift * f64::from(v % 5)))).collect(),
+            offsets: (0..63)
+                .filter(|v| v % 9 > 3)
+                .map(|v| (v, Vec3::new(0.0, -shift, shift * f64::from(v % 5))))
+                .collect(),
         };
         GenericHead {
             positions: (0..63).map(place).collect(),
@@ -326,41 +332,6 @@ mod tests {
             lid_contacts: [vec![[4, 7]], vec![]],
             lip_contacts: vec![[5, 8]],
         }
-    }
-
-    /// The real head, if it has been built.
-    fn asset() -> Option<GenericHead> {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/assets/generic_head.safetensors.gz");
-        let bytes = std::fs::read(&path).ok();
-        if bytes.is_none() {
-            eprintln!("skipped: {} has not been built", path.display());
-        }
-        bytes.map(|b| GenericHead::from_bytes(&b).unwrap())
-    }
-
-    /// Normal numbers from a fixed seed (Box–Muller over a linear congruence).
-    fn normals(seed: u64, count: usize) -> Vec<f64> {
-        let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
-        let mut uniform = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            ((state >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
-        };
-        (0..count).map(|_| (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos()).collect()
-    }
-
-    /// A member of the class, bent by a smooth wave, with fitted eyes.
-    fn person(generic: &GenericHead, seed: u64, size: f64, wave: f64) -> Vec<Vec3> {
-        let coefficients: Vec<f64> = normals(seed, generic.identity.components).iter().map(|x| x * size).collect();
-        let phase = normals(seed + 100, 3);
-        let bend = |p: &Vec3| {
-            let s = |a: f64, k: usize| wave * (a / 0.02 + phase[k]).sin();
-            p + Vec3::new(s(p.y, 0), s(p.z, 1), s(p.x, 2))
-        };
-        let mut positions: Vec<Vec3> = generic.with_identity(&coefficients).iter().map(bend).collect();
-        carry_parts(generic, &mut positions).unwrap();
-        let eyes = fit_eyes(generic, &positions, &[None; 2], &EyeOptions::default()).unwrap();
-        place_eyes(generic, &mut positions, &eyes).unwrap();
-        positions
     }
 
     fn posed(positions: &[Vec3], keys: &[&Key]) -> Vec<Vec3> {
@@ -415,8 +386,8 @@ mod tests {
     #[test]
     fn lids_of_other_people_close_outside_their_eyeballs() {
         let Some(generic) = asset() else { return };
-        for seed in 0..6 {
-            let person = person(&generic, seed, 1.0 + 0.1 * seed as f64, 6e-4 * (seed % 3) as f64);
+        for seed in 0..3 {
+            let person = with_eyes(&generic, seed, 1.0 + 0.1 * seed as f64, 6e-4 * seed as f64);
             let transfer = KeyTransfer::new(&generic, &person).unwrap();
             let keys = transfer.keys().unwrap();
             for (side, name) in [(0, "eyeBlinkLeft"), (1, "eyeBlinkRight")] {
@@ -431,7 +402,11 @@ mod tests {
                 for (v, _) in own.offsets.iter().filter(|o| generic.skin().vertices.contains(&(o.0 as usize))) {
                     let v = *v as usize;
                     if !generic.cavity[v] && there.clearance(&given[v]) > 0.0 {
-                        assert!(here.clearance(&closed[v]) > -1e-4, "seed {seed} {name} {v} {}", here.clearance(&closed[v]));
+                        assert!(
+                            here.clearance(&closed[v]) > -1e-4,
+                            "seed {seed} {name} {v} {}",
+                            here.clearance(&closed[v])
+                        );
                     }
                 }
             }
@@ -441,8 +416,8 @@ mod tests {
     #[test]
     fn lips_of_other_people_meet_when_the_jaw_is_down() {
         let Some(generic) = asset() else { return };
-        for seed in 0..6 {
-            let person = person(&generic, seed, 1.2, 6e-4 * (seed % 3) as f64);
+        for seed in 0..3 {
+            let person = with_eyes(&generic, seed, 1.2, 6e-4 * seed as f64);
             let transfer = KeyTransfer::new(&generic, &person).unwrap();
             let keys = transfer.keys().unwrap();
             let both = |keys: &'_ [Key], p: &[Vec3]| posed(p, &[named(keys, "jawOpen"), named(keys, "mouthClose")]);
@@ -459,8 +434,8 @@ mod tests {
         let Some(generic) = asset() else { return };
         let edges = mesh::quad_edges(&generic.quads[generic.skin().quads.clone()]);
         let mut worst: f64 = 0.0;
-        for seed in 0..4 {
-            let person = person(&generic, seed, 1.5, 6e-4 * (seed % 3) as f64);
+        for seed in 0..2 {
+            let person = with_eyes(&generic, seed, 1.5, 6e-4 * seed as f64);
             let keys = KeyTransfer::new(&generic, &person).unwrap().keys().unwrap();
             let scale = |a: usize, b: usize| {
                 ((person[a] - person[b]).norm() / (generic.positions[a] - generic.positions[b]).norm()).max(1.0)
@@ -485,7 +460,7 @@ mod tests {
     #[test]
     fn teeth_stay_rigid_and_eyes_turn_about_their_centres() {
         let Some(generic) = asset() else { return };
-        let person = person(&generic, 3, 1.2, 6e-4);
+        let person = with_eyes(&generic, 3, 1.2, 6e-4);
         let keys = KeyTransfer::new(&generic, &person).unwrap().keys().unwrap();
         let teeth = generic.part(part::TEETH_LOWER).unwrap().vertices.clone();
         let opened = posed(&person, &[named(&keys, "jawOpen")]);

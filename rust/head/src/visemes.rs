@@ -25,7 +25,12 @@ const VISEMES: [Viseme; 15] = [
     Viseme { name: "viseme_sil", weights: &[] },
     Viseme {
         name: "viseme_PP",
-        weights: &[("mouthPressLeft", 0.7), ("mouthPressRight", 0.7), ("mouthRollLower", 0.35), ("mouthRollUpper", 0.3)],
+        weights: &[
+            ("mouthPressLeft", 0.7),
+            ("mouthPressRight", 0.7),
+            ("mouthRollLower", 0.35),
+            ("mouthRollUpper", 0.3),
+        ],
     },
     Viseme {
         name: "viseme_FF",

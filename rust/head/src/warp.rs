@@ -88,7 +88,10 @@ mod tests {
 
     fn sheet() -> Vec<Vec3> {
         let wave = |i: i32, j: i32| 0.004 * (f64::from(i) * 0.7).sin() * (f64::from(j) * 0.5).cos();
-        (0..400).map(|k| (k % 20, k / 20)).map(|(i, j)| Vec3::new(f64::from(i) * 0.004, f64::from(j) * 0.004, wave(i, j))).collect()
+        (0..400)
+            .map(|k| (k % 20, k / 20))
+            .map(|(i, j)| Vec3::new(f64::from(i) * 0.004, f64::from(j) * 0.004, wave(i, j)))
+            .collect()
     }
 
     #[test]

@@ -31,7 +31,7 @@ pub fn triangulate(rays: &[(Transform, Vec2)]) -> Option<Triangulated> {
         })
         .collect();
     let angle_rad = widest_angle(&lines)?;
-    if !(angle_rad >= MIN_PARALLAX_RAD) {
+    if angle_rad < MIN_PARALLAX_RAD {
         return None;
     }
     let point = refine(rays, nearest_to_lines(&lines)?);
@@ -120,8 +120,7 @@ fn refine(rays: &[(Transform, Vec2)], start: Vec3) -> Vec3 {
         let Some(factor) = equations.hessian.cholesky() else { break };
         let candidate = point - factor.solve(&equations.gradient);
         let next = linearise(rays, &candidate);
-        // Also false when the candidate is not finite.
-        if !(next.cost < equations.cost) {
+        if next.cost.is_nan() || next.cost >= equations.cost {
             break;
         }
         let converged = equations.cost - next.cost < 1e-9 * equations.cost;
@@ -143,7 +142,7 @@ fn linearise(rays: &[(Transform, Vec2)], point: &Vec3) -> Equations {
     let mut sum = Equations { cost: 0.0, hessian: Mat3::zeros(), gradient: Vec3::zeros() };
     for (pose, at) in rays {
         let p = pose.apply(point);
-        if !(p.z > 0.0) {
+        if p.z.is_nan() || p.z <= 0.0 {
             sum.cost = f64::INFINITY;
             return sum;
         }

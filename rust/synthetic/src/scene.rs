@@ -144,7 +144,8 @@ impl Scene {
                 let noise = random.normal2(options.noise_px);
                 let outlier = random.uniform() < options.outliers && head;
                 let wrong = if outlier { random.normal2(options.outlier_px) } else { Vec2::zeros() };
-                let truth = if head { self.head_pixel(point, frame, options.min_facing) } else { self.still_pixel(point) };
+                let truth =
+                    if head { self.head_pixel(point, frame, options.min_facing) } else { self.still_pixel(point) };
                 if let Some(pixel) = truth {
                     self.observations.push(Observation { frame, point, pixel: pixel + noise + wrong, outlier });
                 }

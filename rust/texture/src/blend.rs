@@ -8,7 +8,7 @@
 //! Source: Burt & Adelson, A Multiresolution Spline with Application to Image Mosaics, 1983; two weightings after
 //! Baumberg, Blending Images for Texturing 3D Models, 2002.
 
-use crate::plane::{Plane, Texel, expand_at, reduce, stretched_row};
+use crate::plane::{Plane, Stretched, Texel, expand_at, reduce};
 use rayon::prelude::*;
 
 /// Part of its score with which a view that is not selected counts in the fine octaves: enough to stand in where the
@@ -56,15 +56,21 @@ impl Blend {
     }
 }
 
-fn add_octave(sum: &mut Plane<Texel>, octave: &Plane<Texel>, coarser: Option<&Plane<Texel>>, select: Option<&Plane<f32>>) {
+fn add_octave(
+    sum: &mut Plane<Texel>,
+    octave: &Plane<Texel>,
+    coarser: Option<&Plane<Texel>>,
+    select: Option<&Plane<f32>>,
+) {
     let (width, height) = (sum.width, sum.height);
+    let select = select.map(|plane| Stretched::new(plane, width, height));
     sum.data.par_chunks_mut(width).enumerate().for_each(|(y, sums)| {
-        let select = select.map(|plane| stretched_row(plane, y, width, height));
+        let select = select.as_ref().map(|plane| plane.row(y));
         for (x, (sum, &[r, g, b, score])) in sums.iter_mut().zip(octave.row(y)).enumerate() {
             if score <= 0.0 {
                 continue;
             }
-            let weight = score * select.as_ref().map_or(1.0, |row| row[x] + STAND_IN);
+            let weight = score * select.as_ref().map_or(1.0, |row| row.at(x) + STAND_IN);
             let low = coarser.and_then(|c| expand_at(c, x, y)).unwrap_or([0.0; 3]);
             let add = [weight * (r - low[0]), weight * (g - low[1]), weight * (b - low[2]), weight];
             (0..4).for_each(|k| sum[k] += add[k]);

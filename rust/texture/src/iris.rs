@@ -9,7 +9,7 @@
 //! Angles turn from the subject's left over up, as in the head frame.
 
 use geometry::Vec2;
-use image::{Rgba, RgbaImage, RgbImage};
+use image::{RgbImage, Rgba, RgbaImage};
 
 /// Rings and sectors of the measured profile.
 const RINGS: usize = 6;

@@ -38,7 +38,9 @@ fn choose(surface: &Surface, views: &[View]) -> Vec<Option<usize>> {
         let (width, height) = (f64::from(view.camera.width), f64::from(view.camera.height));
         let inside: Vec<bool> = project(&view.camera, &view.cam_from_head, surface.positions)
             .iter()
-            .map(|p| p.is_some_and(|p| (0.0..=width - 1.0).contains(&p.pixel.x) && (0.0..=height - 1.0).contains(&p.pixel.y)))
+            .map(|p| {
+                p.is_some_and(|p| (0.0..=width - 1.0).contains(&p.pixel.x) && (0.0..=height - 1.0).contains(&p.pixel.y))
+            })
             .collect();
         for (triangle, best) in surface.triangles.iter().zip(&mut best) {
             let normal = view.cam_from_head.rotation * area_normal(surface.positions, triangle);

@@ -95,20 +95,48 @@ pub(crate) fn expand_at(coarse: &Plane<Texel>, x: usize, y: usize) -> Option<[f3
     (sum[3] > 0.0).then(|| [sum[0] / sum[3], sum[1] / sum[3], sum[2] / sum[3]])
 }
 
-/// Row `y` of a scalar plane stretched to `width`×`height`, bilinear.
-pub(crate) fn stretched_row(plane: &Plane<f32>, y: usize, width: usize, height: usize) -> Vec<f32> {
-    let place = |i: usize, size: usize, stretched: usize| {
-        let at = ((i as f32 + 0.5) * size as f32 / stretched as f32 - 0.5).clamp(0.0, (size - 1) as f32);
-        (at as usize, at - (at as usize) as f32)
-    };
-    let (j, part) = place(y, plane.height, height);
-    let (top, bottom) = (plane.row(j), plane.row((j + 1).min(plane.height - 1)));
-    let row: Vec<f32> = top.iter().zip(bottom).map(|(t, b)| t + part * (b - t)).collect();
-    let at = |x: usize| {
-        let (i, part) = place(x, plane.width, width);
-        row[i] + part * (row[(i + 1).min(row.len() - 1)] - row[i])
-    };
-    (0..width).map(at).collect()
+/// A scalar plane stretched to another size, bilinear.
+pub(crate) struct Stretched<'a> {
+    plane: &'a Plane<f32>,
+    height: usize,
+    columns: Vec<(u32, f32)>,
+}
+
+/// A row of a [`Stretched`] plane.
+pub(crate) struct StretchedRow<'a> {
+    values: Vec<f32>,
+    columns: &'a [(u32, f32)],
+}
+
+impl<'a> Stretched<'a> {
+    pub(crate) fn new(plane: &'a Plane<f32>, width: usize, height: usize) -> Self {
+        let columns = (0..width).map(|x| stretched_place(x, plane.width, width)).collect();
+        Self { plane, height, columns }
+    }
+
+    pub(crate) fn row(&self, y: usize) -> StretchedRow<'_> {
+        let (j, part) = stretched_place(y, self.plane.height, self.height);
+        let (top, bottom) = (self.plane.row(j as usize), self.plane.row((j as usize + 1).min(self.plane.height - 1)));
+        let mut values: Vec<f32> = top.iter().zip(bottom).map(|(t, b)| t + part * (b - t)).collect();
+        // One more, so that the last value has a neighbour.
+        values.extend(values.last().copied());
+        StretchedRow { values, columns: &self.columns }
+    }
+}
+
+impl StretchedRow<'_> {
+    #[inline]
+    pub(crate) fn at(&self, x: usize) -> f32 {
+        let (i, part) = self.columns[x];
+        let (left, right) = (self.values[i as usize], self.values[i as usize + 1]);
+        left + part * (right - left)
+    }
+}
+
+/// The cell before the centre of cell `i` of `stretched`, among `size`, and how far it lies towards the next.
+fn stretched_place(i: usize, size: usize, stretched: usize) -> (u32, f32) {
+    let at = ((i as f32 + 0.5) * size as f32 / stretched as f32 - 0.5).clamp(0.0, (size - 1) as f32);
+    (at as u32, at - (at as u32) as f32)
 }
 
 /// Mean over a (2 `radius` + 1)² square, border cells repeated.
@@ -157,7 +185,8 @@ mod tests {
             assert!((expand_at(&half, x, 2).unwrap()[0] - x as f32).abs() < 1e-4);
         }
         let scalar = Plane { width: 32, height: 1, data: (0..32).map(|x| x as f32).collect() };
-        assert!((stretched_row(&scalar, 1, 64, 3)[20] - 9.75).abs() < 1e-4);
+        let stretched = Stretched::new(&scalar, 64, 3);
+        assert!((stretched.row(1).at(20) - 9.75).abs() < 1e-4 && stretched.row(2).at(63) == 31.0);
         assert!((box_blur(&scalar, 2).data[10] - 10.0).abs() < 1e-4);
     }
 }

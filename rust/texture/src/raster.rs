@@ -231,7 +231,8 @@ mod tests {
                 Some((distance, k, weights)) => {
                     assert_eq!(fragment.triangle as usize, k);
                     assert!((f64::from(fragment.depth) - distance * ray.z).abs() < 1e-6);
-                    let differs = fragment.weights().iter().zip(&weights).any(|(a, b)| (f64::from(*a) - b).abs() > 1e-5);
+                    let differs =
+                        fragment.weights().iter().zip(&weights).any(|(a, b)| (f64::from(*a) - b).abs() > 1e-5);
                     assert!(!differs);
                 }
                 None => assert_eq!(fragment.triangle, NO_TRIANGLE),

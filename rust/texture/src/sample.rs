@@ -3,7 +3,7 @@
 //! A texel's score is `(cosine of the viewing angle)^power × pixels per metre² × sharpness × permission × trust`.
 
 use crate::atlas::{BakeOptions, Occluder, Surface, View};
-use crate::plane::{Plane, Texel, stretched_row};
+use crate::plane::{Plane, Stretched, Texel};
 use crate::raster::{Fragment, NO_TRIANGLE, PictureVertex, project};
 use crate::shading::Shading;
 use crate::visibility::{Margin, Visibility};
@@ -84,8 +84,7 @@ impl<'a> Sight<'a> {
             occluders.iter().map(|o| project(&view.camera, &view.cam_from_head, o.positions)).collect();
         let before: Vec<_> = before.iter().zip(occluders).map(|(v, o)| (&v[..], o.triangles)).collect();
         let margin = Margin { pixels: options.margin_px, metres: options.margin, feather: options.feather };
-        let visibility =
-            Visibility::new((&vertices, surface.triangles), &before, &view.camera, view.mask, &margin)?;
+        let visibility = Visibility::new((&vertices, surface.triangles), &before, &view.camera, view.mask, &margin)?;
         let score = |i: usize| {
             let eye = -view.cam_from_head.apply(&surface.positions[i]);
             let cosine = (view.cam_from_head.rotation * normals[i]).dot(&eye) / eye.norm().max(1e-9);
@@ -139,8 +138,9 @@ impl<'a> Sight<'a> {
         consistency: Option<&Plane<f32>>,
     ) {
         let (width, height) = (map.width, map.height);
+        let consistency = consistency.map(|plane| Stretched::new(plane, width, height));
         atlas.data.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-            let scale = consistency.map(|plane| stretched_row(plane, y, width, height));
+            let scale = consistency.as_ref().map(|plane| plane.row(y));
             for (x, (texel, fragment)) in row.iter_mut().zip(map.row(y)).enumerate() {
                 *texel = [0.0; 4];
                 if fragment.triangle == NO_TRIANGLE || !self.facing[fragment.triangle as usize] {
@@ -148,7 +148,7 @@ impl<'a> Sight<'a> {
                 }
                 let Some(sampled) = self.texel(fragment) else { continue };
                 *texel = sampled;
-                texel[3] *= scale.as_ref().map_or(1.0, |row| row[x]);
+                texel[3] *= scale.as_ref().map_or(1.0, |row| row.at(x));
             }
         });
     }

@@ -54,9 +54,7 @@ impl Shading {
         let lit = self.log_light(&(cam_from_head.rotation * normal_in_head));
         let reference = match self.reference {
             // The head's axes in a camera it faces: x stays to the right, y turns down, z turns away.
-            Reference::Frontal => {
-                self.log_light(&Vec3::new(normal_in_head.x, -normal_in_head.y, -normal_in_head.z))
-            }
+            Reference::Frontal => self.log_light(&Vec3::new(normal_in_head.x, -normal_in_head.y, -normal_in_head.z)),
             Reference::Even => [0.0; 3],
         };
         [0, 1, 2].map(|k| lit[k] - reference[k])

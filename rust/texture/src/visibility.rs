@@ -154,7 +154,10 @@ mod tests {
     const MARGIN: Margin = Margin { pixels: 2.0, metres: 0.0, feather: 0.05 };
 
     fn square(half: f64, depth: f64) -> Vec<Vec3> {
-        [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].iter().map(|p| Vec3::new(p[0] * half, p[1] * half, depth)).collect()
+        [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+            .iter()
+            .map(|p| Vec3::new(p[0] * half, p[1] * half, depth))
+            .collect()
     }
 
     fn seen(occluder: Option<f64>, mask: Option<&GrayImage>) -> Option<Visibility> {

@@ -140,7 +140,9 @@ impl Head {
                 let quad = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]];
                 for corners in [[0, 1, 2], [0, 2, 3]] {
                     head.triangles.push(corners.map(|k: usize| quad[k][1] * m + quad[k][0] % m));
-                    let uv = |k: usize| Vec2::new(f64::from(quad[k][0]) / f64::from(m), f64::from(quad[k][1]) / f64::from(n));
+                    let uv = |k: usize| {
+                        Vec2::new(f64::from(quad[k][0]) / f64::from(m), f64::from(quad[k][1]) / f64::from(n))
+                    };
                     head.uvs.push(corners.map(uv));
                 }
             }
@@ -195,7 +197,11 @@ fn psnr(baked: &Baked) -> f64 {
 
 /// Texels that are greener or bluer than skin can be.
 fn foreign_texels(baked: &Baked) -> usize {
-    baked.texture.pixels().filter(|p| p[3] > 0 && (p[1] > p[0].saturating_add(12) || p[2] > p[0].saturating_add(12))).count()
+    baked
+        .texture
+        .pixels()
+        .filter(|p| p[3] > 0 && (p[1] > p[0].saturating_add(12) || p[2] > p[0].saturating_add(12)))
+        .count()
 }
 
 #[test]

@@ -212,3 +212,135 @@ fn both_sides(
     }
     Ok((uvs, mouth))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geometry::mesh;
+
+    /// Quads on each side of the box that stands for a head.
+    const N: i32 = 12;
+
+    /// Collects quads given by lattice corners; equal corners are one vertex.
+    #[derive(Default)]
+    struct Builder {
+        index: BTreeMap<[i32; 3], u32>,
+        quads: Vec<[u32; 4]>,
+    }
+
+    impl Builder {
+        fn quad(&mut self, corners: [[i32; 3]; 4]) {
+            let quad = corners.map(|c| {
+                let next = self.index.len() as u32;
+                *self.index.entry(c).or_insert(next)
+            });
+            self.quads.push(quad);
+        }
+
+        /// A patch over `origin + i u + j v`, without those cells that `keep` refuses; u × v points outside.
+        fn patch(&mut self, origin: [i32; 3], u: [i32; 3], v: [i32; 3], size: [i32; 2], keep: fn(i32, i32) -> bool) {
+            let at = |i: i32, j: i32| [0, 1, 2].map(|k| origin[k] + i * u[k] + j * v[k]);
+            for (i, j) in (0..size[0]).flat_map(|i| (0..size[1]).map(move |j| (i, j))).filter(|&(i, j)| keep(i, j)) {
+                self.quad([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+            }
+        }
+    }
+
+    /// A box, open below, with a mouth of 6 × 3 quads four quads deep, closed at its lips on the second ring.
+    fn boxed_head() -> (Vec<Vec3>, Vec<[u32; 4]>, Vec<u32>) {
+        let mut b = Builder::default();
+        let (x, y, z) = ([1, 0, 0], [0, 1, 0], [0, 0, 1]);
+        let minus = |a: [i32; 3]| a.map(|k| -k);
+        let h = N / 2;
+        let no_mouth = |i: i32, j: i32| !((3..9).contains(&i) && (3..6).contains(&j));
+        b.patch([-h, 0, N], x, y, [N, N], no_mouth);
+        b.patch([h, 0, 0], minus(x), y, [N, N], |_, _| true);
+        b.patch([h, 0, N], minus(z), y, [N, N], |_, _| true);
+        b.patch([-h, 0, 0], z, y, [N, N], |_, _| true);
+        b.patch([-h, N, N], x, minus(z), [N, N], |_, _| true);
+        // The bag: four walls inwards, and its back.
+        let deep = N - 4;
+        b.patch([3, 3, deep], minus(x), z, [6, 4], |_, _| true);
+        b.patch([-3, 6, deep], x, z, [6, 4], |_, _| true);
+        b.patch([3, 6, deep], minus(y), z, [3, 4], |_, _| true);
+        b.patch([-3, 3, deep], y, z, [3, 4], |_, _| true);
+        b.patch([-3, 3, deep], x, y, [6, 3], |_, _| true);
+        let mut corners: Vec<([i32; 3], u32)> = b.index.iter().map(|(c, i)| (*c, *i)).collect();
+        corners.sort_by_key(|c| c.1);
+        let inside = |c: &[i32; 3]| c[0].abs() <= 3 && (3..=6).contains(&c[1]) && c[2] < N && c[2] >= deep;
+        let place = |(c, _): &([i32; 3], u32)| {
+            // Pinched two quads in: the lips.
+            let squeeze = if inside(c) && c[2] == N - 2 { 0.1 } else { 1.0 };
+            let height = if inside(c) { 4.5 + (f64::from(c[1]) - 4.5) * squeeze } else { f64::from(c[1]) };
+            Vec3::new(f64::from(c[0]), height - 8.0, f64::from(c[2]) - 10.0) * 0.015
+        };
+        let mirror = corners.iter().map(|(c, _)| b.index[&[-c[0], c[1], c[2]]]).collect();
+        (corners.iter().map(place).collect(), b.quads, mirror)
+    }
+
+    fn flattened() -> (Vec<Vec3>, Vec<[u32; 4]>, Unwrapped) {
+        let (positions, quads, mirror) = boxed_head();
+        let cavity = vec![false; positions.len()];
+        let eye = Vec3::new(0.03, 0.0, 0.02);
+        let sheet = Sheet { positions: &positions, quads: &quads, mirror: &mirror, cavity: &cavity, eye };
+        let map = unwrap(&sheet, &UnwrapOptions::default()).unwrap();
+        (positions, quads, map)
+    }
+
+    #[test]
+    fn fills_the_map_without_folds_or_overlaps() {
+        let (.., map) = flattened();
+        assert_eq!((map.report.folds, map.report.overlaps), (0, 0));
+        assert!(map.report.usage > 0.85, "{:?}", map.report);
+        let area = |c: &[[f32; 2]; 4]| {
+            let at = |k: usize| Vec2::new(f64::from(c[k % 4][0]), f64::from(c[k % 4][1]));
+            0.5 * (0..4).map(|k| at(k).perp(&at(k + 1))).sum::<f64>()
+        };
+        let sum: f64 = map.uvs.iter().map(area).sum();
+        assert!((sum - map.report.usage).abs() < 2e-3, "{sum} {}", map.report.usage);
+    }
+
+    #[test]
+    fn left_and_right_are_exact_mirror_images() {
+        let (_, quads, map) = flattened();
+        let (positions, _, mirror) = boxed_head();
+        let mut halves: BTreeMap<(u32, bool), Vec<[f32; 2]>> = BTreeMap::new();
+        for ((quad, uvs), index) in quads.iter().zip(&map.uvs).zip(0..) {
+            let apart = map.mouth.contains(&index);
+            let left = quad.iter().map(|&v| positions[v as usize].x).sum::<f64>() > 0.0;
+            for (&v, uv) in quad.iter().zip(uvs) {
+                let key = (if left { v } else { mirror[v as usize] }, apart);
+                halves.entry(key).or_default().push([if left { uv[0] } else { 1.0 - uv[0] }, uv[1]]);
+            }
+        }
+        assert!(halves.values().all(|uvs| uvs.iter().all(|uv| *uv == uvs[0])));
+    }
+
+    #[test]
+    fn the_mouth_lies_apart_by_a_gutter() {
+        let (_, quads, map) = flattened();
+        // Two of the four rings, and the back of the bag.
+        assert!(map.mouth.len() > 18 && map.mouth.len() < 18 + 4 * 18, "{}", map.mouth.len());
+        let height = |q: usize| map.uvs[q].iter().map(|c| c[1]);
+        let top = map.mouth.iter().flat_map(|&q| height(q)).fold(0.0, f32::max);
+        let face = (0..quads.len()).filter(|q| !map.mouth.contains(q));
+        let bottom = face.flat_map(height).fold(1.0, f32::min);
+        assert!(bottom - top >= 4.0 / 2048.0, "{top} {bottom}");
+        assert!(map.spare.iter().all(|r| r.area() > 0.02));
+    }
+
+    #[test]
+    fn sheets_that_cannot_be_cut_say_why() {
+        let (positions, quads, mirror) = boxed_head();
+        let cavity = vec![false; positions.len()];
+        let sheet =
+            Sheet { positions: &positions, quads: &quads, mirror: &mirror, cavity: &cavity, eye: Vec3::zeros() };
+        let lost: Vec<u32> = (1..=mirror.len() as u32).map(|v| v % mirror.len() as u32).collect();
+        let options = UnwrapOptions::default();
+        assert_eq!(unwrap(&Sheet { mirror: &lost, ..sheet }, &options).err(), Some(UnwrapError::MiddleLine));
+        assert_eq!(unwrap(&Sheet { mirror: &lost[1..], ..sheet }, &options).err(), Some(UnwrapError::Tables));
+        let deep = UnwrapOptions { lip_rings: 40, ..options };
+        assert_eq!(unwrap(&sheet, &deep).err(), Some(UnwrapError::Mouth));
+        assert!(mesh::border_edges(&quads).len() == 4 * N as usize);
+    }
+}

@@ -2,11 +2,12 @@
 
 use super::contour::ContourSighting;
 use super::equations::{self, DenseRows, FrameSystem, LandmarkSums, SharedSystem, assemble, prior_cost};
-use super::model::{LandmarkModel, LinearPoint};
-use faer::{Mat, MatRef};
+use super::frame::{FrameTerms, View};
+use super::model::{LandmarkModel, LinearPoint, ModelLandmark, dot};
+use faer::Mat;
 use geometry::least_squares::Loss;
-use geometry::{Camera, Cancelled, Mat3, Progress, Transform, Vec2, Vec3, skew};
-use nalgebra::{Matrix2x3, Vector6};
+use geometry::{Camera, Cancelled, Progress, Transform, Vec2, Vec3};
+use nalgebra::Vector6;
 use rayon::prelude::*;
 
 /// A landmark seen in a frame.
@@ -58,23 +59,6 @@ pub(crate) struct Bundle<'a> {
     pub loss: Loss,
 }
 
-/// One frame's part of the equations.
-struct FrameTerms {
-    sums: LandmarkSums,
-    rows: DenseRows,
-    system: FrameSystem,
-}
-
-/// A pixel with its derivatives.
-struct Prediction {
-    pixel: Vec2,
-    /// By the point's place in the head frame.
-    by_place: Matrix2x3<f64>,
-    by_log_focal: Vec2,
-    /// By the frame's unknowns, two rows.
-    by_frame: [Vec<f64>; 2],
-}
-
 impl Bundle<'_> {
     /// Damped Gauss–Newton steps from a state.
     pub fn minimise(&self, mut state: State, iterations: usize, progress: &Progress) -> Result<State, Cancelled> {
@@ -103,9 +87,9 @@ impl Bundle<'_> {
         let camera = self.camera_at(state.log_focal);
         let solve = |(data, start): (&FrameData, &FrameState)| {
             let mut own = start.clone();
-            for _ in 0..8 {
-                let system = self.frame_terms(data, &own, &places, &camera, state).system;
-                let Some(step) = system.step_alone() else { break };
+            for _ in 0..4 {
+                let view = View { bundle: self, camera: &camera, places: &places, coefficients: &state.coefficients, data, own: &own };
+                let Some(step) = view.terms(false).system.step_alone() else { break };
                 own = retract_frame(&own, &step);
                 if step.norm_max() < 1e-6 {
                     break;
@@ -118,7 +102,7 @@ impl Bundle<'_> {
 
     /// Places of the landmarks, slips included.
     pub fn places(&self, state: &State) -> Vec<Vec3> {
-        let slipped = |(l, landmark): (usize, &super::model::ModelLandmark)| {
+        let slipped = |(l, landmark): (usize, &ModelLandmark)| {
             let [a, b] = &landmark.tangents;
             landmark.point.at(&state.coefficients) + a * state.slips[2 * l] + b * state.slips[2 * l + 1]
         };
@@ -144,9 +128,9 @@ impl Bundle<'_> {
 
     fn linearise(&self, state: &State) -> (SharedSystem, Vec<FrameSystem>) {
         let (places, camera) = (self.places(state), self.camera_at(state.log_focal));
-        let pairs: Vec<_> = self.frames.iter().zip(&state.frames).collect();
-        let terms: Vec<FrameTerms> =
-            pairs.par_iter().map(|(data, own)| self.frame_terms(data, own, &places, &camera, state)).collect();
+        let coefficients = &state.coefficients;
+        let view = |(data, own)| View { bundle: self, camera: &camera, places: &places, coefficients, data, own }.terms(true);
+        let terms: Vec<FrameTerms> = self.frames.par_iter().zip(&state.frames).map(view).collect();
         let mut sums = LandmarkSums::zeros(places.len(), 1);
         let (mut rows, mut systems) = (DenseRows::default(), Vec::with_capacity(terms.len()));
         for frame in terms {
@@ -197,155 +181,18 @@ impl Bundle<'_> {
     }
 
     /// Robust, so that a blink or a word is taken for an expression and not for shape.
-    fn expression_loss(&self, deviation: f64) -> (f64, f64) {
+    pub fn expression_loss(&self, deviation: f64) -> (f64, f64) {
         Loss::Huber(1.0).evaluate((deviation / self.expression_sigma).powi(2))
     }
 
-    fn deviation(&self, point: &LinearPoint, own: &FrameState) -> Vec3 {
-        Vec3::from_fn(|axis, _| super::model::dot(&point.basis[axis][self.first_key..], &own.expression))
+    /// What a frame's own expression adds to a point.
+    pub fn deviation(&self, point: &LinearPoint, own: &FrameState) -> Vec3 {
+        Vec3::from_fn(|axis, _| dot(&point.basis[axis][self.first_key..], &own.expression))
     }
-
-    fn frame_terms(&self, data: &FrameData, own: &FrameState, places: &[Vec3], camera: &Camera, state: &State) -> FrameTerms {
-        let (count, size, unknowns) = (places.len(), self.landmarks.basis.ncols(), 6 + own.expression.len());
-        let mut sums = LandmarkSums::zeros(count, 1);
-        let mut rows = DenseRows::default();
-        let mut frame_by_place = Mat::<f64>::zeros(unknowns, 3 * count);
-        let mut coupling = Mat::<f64>::zeros(unknowns, size + 1 + 2 * count);
-        let mut stacked = Stack::new(unknowns);
-        for s in &data.sightings {
-            let point = &self.landmarks.points[s.landmark].point;
-            let place = places[s.landmark] + self.deviation(point, own);
-            let Some(prediction) = self.predict(camera, own, point, &place) else {
-                sums.cost = f64::INFINITY;
-                continue;
-            };
-            let residual = prediction.pixel - s.pixel;
-            let (loss, robust) = self.loss.evaluate(residual.norm_squared() * s.information);
-            let weight = robust * s.information * data.weight;
-            sums.cost += loss * data.weight;
-            add_sighting(&mut sums, s.landmark, &prediction, &residual, weight);
-            for row in 0..2 {
-                stacked.push(&prediction.by_frame[row], residual[row], weight);
-                for (u, value) in prediction.by_frame[row].iter().enumerate() {
-                    for axis in 0..3 {
-                        frame_by_place[(u, 3 * s.landmark + axis)] += weight * value * prediction.by_place[(row, axis)];
-                    }
-                    coupling[(u, size)] += weight * value * prediction.by_log_focal[row];
-                }
-            }
-        }
-        coupling.submatrix_mut(0, 0, unknowns, size).copy_from(&frame_by_place * &self.landmarks.basis);
-        self.couple_slips(&mut coupling, &frame_by_place);
-        for s in &data.contour {
-            self.add_contour(s, data, own, camera, state, &mut rows, &mut coupling, &mut stacked);
-        }
-        let (mut hessian, mut gradient) = stacked.normal_equations();
-        for (k, e) in own.expression.iter().enumerate() {
-            let (loss, robust) = self.expression_loss(*e);
-            let information = robust * data.weight * self.expression_sigma.powi(-2);
-            hessian[(6 + k, 6 + k)] += information;
-            gradient[(6 + k, 0)] += information * e;
-            sums.cost += loss * data.weight;
-        }
-        FrameTerms { sums, rows, system: FrameSystem { hessian, gradient, coupling } }
-    }
-
-    fn couple_slips(&self, coupling: &mut Mat<f64>, frame_by_place: &Mat<f64>) {
-        let first = self.landmarks.basis.ncols() + 1;
-        for (l, landmark) in self.landmarks.points.iter().enumerate() {
-            for (i, tangent) in landmark.tangents.iter().enumerate() {
-                for u in 0..coupling.nrows() {
-                    coupling[(u, first + 2 * l + i)] =
-                        (0..3).map(|axis| frame_by_place[(u, 3 * l + axis)] * tangent[axis]).sum();
-                }
-            }
-        }
-    }
-
-    #[allow(clippy::too_many_arguments)]
-    fn add_contour(
-        &self,
-        s: &ContourSighting,
-        data: &FrameData,
-        own: &FrameState,
-        camera: &Camera,
-        state: &State,
-        rows: &mut DenseRows,
-        coupling: &mut Mat<f64>,
-        stacked: &mut Stack,
-    ) {
-        let place = s.point.at(&state.coefficients) + self.deviation(&s.point, own);
-        let Some(prediction) = self.predict(camera, own, &s.point, &place) else { return };
-        let residual = s.normal.dot(&(prediction.pixel - s.pixel));
-        let (loss, robust) = self.loss.evaluate((residual / s.sigma_px).powi(2));
-        let weight = robust * data.weight * s.sigma_px.powi(-2);
-        let by_coefficients = s.point.gradient(&(prediction.by_place.transpose() * s.normal));
-        let by_focal = s.normal.dot(&prediction.by_log_focal);
-        let [x, y] = &prediction.by_frame;
-        let by_frame: Vec<f64> = x.iter().zip(y).map(|(x, y)| s.normal.x * x + s.normal.y * y).collect();
-        for (u, value) in by_frame.iter().enumerate() {
-            for (k, other) in by_coefficients.iter().chain([&by_focal]).enumerate() {
-                coupling[(u, k)] += weight * value * other;
-            }
-        }
-        rows.push(&by_coefficients, &[by_focal], residual, weight, loss * data.weight);
-        stacked.push(&by_frame, residual, weight);
-    }
-
-    fn predict(&self, camera: &Camera, own: &FrameState, point: &LinearPoint, place: &Vec3) -> Option<Prediction> {
-        let turned = own.pose.rotation * place;
-        let (pixel, by) = camera.project_with_jacobian(&(turned + own.pose.translation))?;
-        let by_place = by.point * own.pose.rotation.matrix();
-        let by_turn = -by.point * skew(&turned);
-        let row = |r: usize| {
-            let along = Vec3::new(by_place[(r, 0)], by_place[(r, 1)], by_place[(r, 2)]);
-            let pose = (0..3).map(|k| by_turn[(r, k)]).chain((0..3).map(|k| by.point[(r, k)]));
-            let keys = (self.first_key..point.basis[0].len())
-                .map(|k| along.x * point.basis[0][k] + along.y * point.basis[1][k] + along.z * point.basis[2][k]);
-            pose.chain(keys).collect()
-        };
-        let by_log_focal = by.intrinsics.column(0) * camera.fx + by.intrinsics.column(1) * camera.fy;
-        Some(Prediction { pixel, by_place, by_log_focal, by_frame: [row(0), row(1)] })
-    }
-}
-
-fn add_sighting(sums: &mut LandmarkSums, l: usize, p: &Prediction, residual: &Vec2, weight: f64) {
-    let by_place = &p.by_place;
-    sums.place_hessian[l] += Mat3::from(by_place.transpose() * by_place) * weight;
-    sums.place_gradient[l] += by_place.transpose() * residual * weight;
-    let mixed = by_place.transpose() * p.by_log_focal * weight;
-    (0..3).for_each(|axis| sums.extra_by_place[(0, 3 * l + axis)] += mixed[axis]);
-    sums.extra_hessian[(0, 0)] += p.by_log_focal.norm_squared() * weight;
-    sums.extra_gradient[(0, 0)] += p.by_log_focal.dot(residual) * weight;
 }
 
 fn retract_frame(own: &FrameState, step: &Mat<f64>) -> FrameState {
     let pose = own.pose.retract(&Vector6::from_fn(|i, _| step[(i, 0)]));
     let expression = own.expression.iter().enumerate().map(|(k, e)| e + step[(6 + k, 0)]).collect();
     FrameState { pose, expression }
-}
-
-/// Weighted rows of a frame's own unknowns.
-struct Stack {
-    width: usize,
-    values: Vec<f64>,
-    residuals: Vec<f64>,
-}
-
-impl Stack {
-    fn new(width: usize) -> Self {
-        Self { width, values: Vec::new(), residuals: Vec::new() }
-    }
-
-    fn push(&mut self, row: &[f64], residual: f64, weight: f64) {
-        let root = weight.sqrt();
-        self.values.extend(row.iter().map(|v| v * root));
-        self.residuals.push(residual * root);
-    }
-
-    fn normal_equations(&self) -> (Mat<f64>, Mat<f64>) {
-        let rows = MatRef::from_row_major_slice(&self.values, self.residuals.len(), self.width);
-        let right = MatRef::from_column_major_slice(&self.residuals, self.residuals.len(), 1);
-        (rows.transpose() * rows, rows.transpose() * right)
-    }
 }

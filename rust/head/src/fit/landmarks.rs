@@ -12,6 +12,10 @@ use rayon::prelude::*;
 
 /// Fewer landmarks than this do not give a pose.
 const LEAST_LANDMARKS: usize = 20;
+/// Steps of each round.
+const STEPS: usize = 4;
+/// A frame with this many times the usual error shows something else than the head as it is.
+const STRANGE: f64 = 1.4;
 /// What a fixed focal length may move, relative: enough to keep the equations regular, too little to see.
 const FIXED_FOCAL: f64 = 1e-7;
 
@@ -32,17 +36,19 @@ pub fn fit_landmarks(
     let poses = context.initial_poses();
     let seen: Vec<usize> = (0..frames.len()).filter(|&f| poses[f].is_some()).collect();
     let start: Vec<Transform> = poses.iter().flatten().copied().collect();
-    let keys = key_views(&start, options.key_frames, options.largest_turn);
-    if keys.is_empty() {
+    if start.is_empty() {
         return Err(HeadError::NoFace);
     }
-    let mut state = context.start(&keys.iter().map(|&k| start[k]).collect::<Vec<_>>());
-    for round in 0..options.rounds.max(1) {
-        progress.step(round, options.rounds.max(1))?;
+    let mut all = context.start(&start);
+    let rounds = options.rounds.max(1);
+    for round in 0..rounds {
+        progress.step(round, rounds)?;
+        let keys = context.key_frames(&seen, &all, round > 0);
         let chosen: Vec<usize> = keys.iter().map(|&k| seen[k]).collect();
-        state = context.bundle(&chosen, &state).minimise(state, 5, progress)?;
+        let state = State { frames: keys.iter().map(|&k| all.frames[k].clone()).collect(), ..all.clone() };
+        let state = context.bundle(&chosen, &state).minimise(state, STEPS, progress)?;
+        all = context.all_frames(&seen, &keys, all, state);
     }
-    let all = context.all_frames(&seen, &keys, &start, state);
     context.report(&seen, &all)
 }
 
@@ -155,7 +161,7 @@ impl<'a> Context<'a> {
     /// Landmarks that face the camera, with the net's jitter and view error as variance.
     pub fn sightings(&self, seen: &FrameObservation, pose: &Transform) -> Vec<Sighting> {
         let eye = pose.inverse().translation;
-        let view_error = self.options.view_error * (1.0 + (turn(pose) / self.options.largest_turn).powi(2));
+        let view_error = self.options.view_error * self.growth(pose);
         let known: std::collections::BTreeSet<usize> = self.visible(seen).map(|l| l.index).collect();
         let sighting = |(landmark, l): (usize, &ModelLandmark)| {
             if !known.contains(&l.index) {
@@ -180,18 +186,43 @@ impl<'a> Context<'a> {
     }
 
     /// All frames that were seen, each fitted to the shape that the key frames gave.
-    fn all_frames(&self, seen: &[usize], keys: &[usize], start: &[Transform], state: State) -> State {
-        let expression = vec![0.0; self.shape.keys.len()];
-        let mut frames: Vec<FrameState> =
-            start.iter().map(|pose| FrameState { pose: *pose, expression: expression.clone() }).collect();
-        for (&key, own) in keys.iter().zip(&state.frames) {
+    fn all_frames(&self, seen: &[usize], keys: &[usize], before: State, shared: State) -> State {
+        let mut frames = before.frames;
+        for (&key, own) in keys.iter().zip(&shared.frames) {
             frames[key] = own.clone();
         }
-        let mut all = State { frames, ..state };
-        for _ in 0..2 {
-            all.frames = self.bundle(seen, &all).minimise_frames(&all);
-        }
+        let mut all = State { frames, ..shared };
+        all.frames = self.bundle(seen, &all).minimise_frames(&all);
         all
+    }
+
+    /// Views for the shape, the trusted ones as soon as there is a shape to judge them by.
+    fn key_frames(&self, seen: &[usize], all: &State, judge: bool) -> Vec<usize> {
+        let poses: Vec<Transform> = all.frames.iter().map(|f| f.pose).collect();
+        let trusted = if judge {
+            self.trusted(&self.bundle(seen, all), all)
+        } else {
+            poses.iter().map(|p| turn(p) <= self.options.largest_turn).collect()
+        };
+        key_views(&poses, self.options.key_frames, &trusted)
+    }
+
+    /// Which frames the net can be believed in: turned little, and with no more error than is usual for the turn. A face
+    /// turned too far is drawn as one turned less, which the error alone betrays.
+    fn trusted(&self, bundle: &Bundle<'_>, all: &State) -> Vec<bool> {
+        let strangeness = |frame: usize| {
+            let error = root_mean_square(&bundle.errors(frame, all)) * all.frames[frame].pose.translation.z;
+            error / self.growth(&all.frames[frame].pose)
+        };
+        let strange: Vec<f64> = (0..all.frames.len()).map(strangeness).collect();
+        let usual = median(strange.clone());
+        let little = |f: &FrameState| turn(&f.pose) <= self.options.largest_turn;
+        all.frames.iter().zip(&strange).map(|(f, s)| little(f) && *s <= STRANGE * usual).collect()
+    }
+
+    /// How much larger than from the front the net's error is.
+    fn growth(&self, pose: &Transform) -> f64 {
+        1.0 + (turn(pose) / self.options.largest_turn).powi(2)
     }
 
     fn report(&self, seen: &[usize], state: &State) -> Result<LandmarkFit, HeadError> {
@@ -202,16 +233,16 @@ impl<'a> Context<'a> {
         let scale = size::scale(self.head, &positions, &camera, &poses, &self.options.size)?;
         let (identity, shared) = state.coefficients.split_at(self.shape.identity);
         let mut frames = vec![None; self.frames.len()];
+        let trusted = self.trusted(&bundle, state);
         let mut errors = vec![Vec::new(); self.head.anchors.len()];
         for (i, (&frame, own)) in seen.iter().zip(&state.frames).enumerate() {
             let found = bundle.errors(i, state);
             for (s, e) in bundle.frames[i].sightings.iter().zip(&found) {
                 errors[self.landmarks.points[s.landmark].index].push(*e);
             }
-            let rms_px = (found.iter().map(|e| e * e).sum::<f64>() / found.len().max(1) as f64).sqrt();
             let pose = Transform::new(own.pose.rotation, own.pose.translation * scale);
             let expression = self.shape.all_keys(&own.expression, self.head.keys.len());
-            frames[frame] = Some(FittedFrame { pose, expression, rms_px, trusted: turn(&own.pose) <= self.options.largest_turn });
+            frames[frame] = Some(FittedFrame { pose, expression, rms_px: root_mean_square(&found), trusted: trusted[i] });
         }
         Ok(LandmarkFit {
             camera,
@@ -236,6 +267,10 @@ impl<'a> Context<'a> {
     }
 }
 
+fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
 /// Middle value; not a number for none.
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
@@ -255,11 +290,11 @@ fn turn(pose: &Transform) -> f64 {
     towards.z.clamp(-1.0, 1.0).acos()
 }
 
-/// Up to `limit` views, as different as possible, beginning with the middle one; ascending. Views turned too far are taken
-/// only when there are no others.
-fn key_views(poses: &[Transform], limit: usize, largest_turn: f64) -> Vec<usize> {
-    let trusted: Vec<usize> = (0..poses.len()).filter(|&i| turn(&poses[i]) <= largest_turn).collect();
-    let mut free = if trusted.is_empty() { (0..poses.len()).collect() } else { trusted };
+/// Up to `limit` views, as different as possible, beginning with the middle one; ascending. Views that are not trusted are
+/// taken only when there are no others.
+fn key_views(poses: &[Transform], limit: usize, trusted: &[bool]) -> Vec<usize> {
+    let believed: Vec<usize> = (0..poses.len()).filter(|&i| trusted[i]).collect();
+    let mut free = if believed.is_empty() { (0..poses.len()).collect() } else { believed };
     let farthest = |a: &usize| free.iter().map(|&b| poses[*a].angle_to(&poses[b])).fold(0.0, f64::max);
     let Some(first) = free.iter().copied().min_by(|a, b| farthest(a).total_cmp(&farthest(b))) else { return free };
     let mut chosen = vec![first];

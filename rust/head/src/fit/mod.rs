@@ -14,6 +14,7 @@ mod bundle;
 mod cloud;
 mod contour;
 mod equations;
+mod frame;
 mod landmarks;
 mod model;
 mod pose;
@@ -116,7 +117,7 @@ pub struct FittedFrame {
     pub expression: Vec<f64>,
     /// Root mean square error of its landmarks, pixels.
     pub rms_px: f64,
-    /// Whether it is turned little enough for the net to be believed, see [`FitOptions::largest_turn`].
+    /// Whether the net can be believed in it: turned less than [`FitOptions::largest_turn`], no unusual error.
     pub trusted: bool,
 }
 

@@ -48,6 +48,8 @@ pub(super) struct Layout<'a> {
 #[derive(Clone)]
 pub(super) struct Row {
     pub(super) residual: Vec2,
+    /// The loss of the residual before weighting.
+    loss: f64,
     pub(super) by_pose: SMatrix<f64, 2, 6>,
     pub(super) by_point: Matrix2x3<f64>,
     /// By log focal, `k1`, `k2`; zero where not refined.
@@ -142,14 +144,8 @@ impl<'a> Layout<'a> {
     }
 
     pub(super) fn linearise(&self, state: &State) -> Linearised {
-        let linear: Vec<(Row, f64)> =
-            self.sights.par_iter().with_min_len(512).map(|sight| self.row(sight, state)).collect();
-        let mut cost = self.prior_cost(state);
-        let mut rows = Vec::with_capacity(linear.len());
-        for (row, loss) in linear {
-            cost += loss;
-            rows.push(row);
-        }
+        let rows: Vec<Row> = self.sights.par_iter().with_min_len(512).map(|sight| self.row(sight, state)).collect();
+        let cost = rows.iter().map(|row| row.loss).sum::<f64>() + self.prior_cost(state);
         let of_point = |sights: &Range<usize>| -> (Mat3, Vec3) {
             rows[sights.clone()].iter().fold((Mat3::zeros(), Vec3::zeros()), |(hessian, gradient), row| {
                 let transposed = row.by_point.transpose();
@@ -167,7 +163,8 @@ impl<'a> Layout<'a> {
     }
 
     fn frame_blocks(&self, state: &State, rows: &[Row]) -> Vec<FrameBlock> {
-        let zero = FrameBlock { hessian: Matrix6::zeros(), gradient: Vector6::zeros(), by_intrinsics: Matrix6x3::zeros() };
+        let zero =
+            FrameBlock { hessian: Matrix6::zeros(), gradient: Vector6::zeros(), by_intrinsics: Matrix6x3::zeros() };
         let of_frame = |sights: &Vec<usize>| {
             let mut block = zero.clone();
             for row in sights.iter().map(|&i| &rows[i]) {
@@ -203,17 +200,17 @@ impl<'a> Layout<'a> {
         sum
     }
 
-    fn row(&self, sight: &Sight, state: &State) -> (Row, f64) {
+    fn row(&self, sight: &Sight, state: &State) -> Row {
         let pose = &state.poses[sight.frame];
         let turned = pose.rotation * state.points[sight.point];
         let Some((pixel, jacobian)) = state.camera.project_with_jacobian(&(turned + pose.translation)) else {
-            let zero = Row {
+            return Row {
                 residual: Vec2::zeros(),
+                loss: self.options.loss.evaluate(NO_PIXEL * NO_PIXEL).0,
                 by_pose: SMatrix::zeros(),
                 by_point: Matrix2x3::zeros(),
                 by_intrinsics: Matrix2x3::zeros(),
             };
-            return (zero, self.options.loss.evaluate(NO_PIXEL * NO_PIXEL).0);
         };
         let residual = (pixel - sight.pixel) * sight.inverse_sigma;
         let (loss, weight) = self.options.loss.evaluate(residual.norm_squared());
@@ -224,7 +221,7 @@ impl<'a> Layout<'a> {
         by_pose.fixed_columns_mut::<3>(3).copy_from(&by_cam);
         let by_intrinsics = self.by_intrinsics(&jacobian.intrinsics, state) * (root * sight.inverse_sigma);
         let by_point = by_cam * pose.rotation.matrix();
-        (Row { residual: residual * root, by_pose, by_point, by_intrinsics }, loss)
+        Row { residual: residual * root, loss, by_pose, by_point, by_intrinsics }
     }
 
     fn by_intrinsics(&self, by_all: &SMatrix<f64, 2, 6>, state: &State) -> Matrix2x3<f64> {

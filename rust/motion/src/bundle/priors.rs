@@ -61,7 +61,8 @@ impl PosePrior {
     /// The residual at a pose and its derivative by a [`Transform::retract`] step.
     pub(super) fn evaluate(&self, pose: &Transform) -> (Vector6<f64>, Matrix6<f64>) {
         // By way of the quaternion: the trace of a matrix loses small angles.
-        let turn = UnitQuaternion::from_rotation_matrix(&(pose.rotation * self.cam_from_head.rotation.inverse())).scaled_axis();
+        let turn = UnitQuaternion::from_rotation_matrix(&(pose.rotation * self.cam_from_head.rotation.inverse()))
+            .scaled_axis();
         let shift = pose.translation - self.cam_from_head.translation;
         let mut residual = Vector6::zeros();
         residual.fixed_rows_mut::<3>(0).copy_from(&(turn / self.sigma_rad));

@@ -46,7 +46,8 @@ fn lens() -> Camera {
 
 #[test]
 fn exact_observations_bring_back_the_exact_shape() {
-    let scene = Scene::turning_head(&SceneOptions { noise_px: 0.0, frames: 25, camera: lens(), ..SceneOptions::default() });
+    let scene =
+        Scene::turning_head(&SceneOptions { noise_px: 0.0, frames: 25, camera: lens(), ..SceneOptions::default() });
     let mut bundle = nudged(&scene, 0.3, 0.02, 0.003);
     let report = solve(&mut bundle, &BundleOptions { relative_cost: 1e-14, ..BundleOptions::default() });
     assert!(report.rms_px < 1e-5 && report.iterations <= 20, "{} px, {} steps", report.rms_px, report.iterations);
@@ -97,19 +98,26 @@ fn a_focal_prior_outweighs_a_few_frames() {
 
 #[test]
 fn distortion_is_refined_with_the_focal_length() {
-    let scene =
-        Scene::turning_head(&SceneOptions { points: 300, camera: lens(), distance: 0.45, noise_px: 0.1, ..SceneOptions::default() });
+    let scene = Scene::turning_head(&SceneOptions {
+        points: 300,
+        camera: lens(),
+        distance: 0.45,
+        noise_px: 0.1,
+        ..SceneOptions::default()
+    });
     let mut bundle = nudged(&scene, 0.1, 0.005, 0.002);
     (bundle.camera.k1, bundle.camera.k2) = (0.0, 0.0);
     let options = BundleOptions { refine_focal: true, refine_distortion: true, ..BundleOptions::default() };
     let report = solve(&mut bundle, &options);
-    let lens_error = |c: &Camera, r: f64| (c.distort(&Vec2::new(r, 0.0)).x - scene.camera.distort(&Vec2::new(r, 0.0)).x).abs();
+    let lens_error =
+        |c: &Camera, r: f64| (c.distort(&Vec2::new(r, 0.0)).x - scene.camera.distort(&Vec2::new(r, 0.0)).x).abs();
     assert!(report.rms_px < 0.16 && lens_error(&bundle.camera, 0.25) < 1.5, "{:?}", bundle.camera);
 }
 
 #[test]
 fn wrong_observations_are_rejected_and_the_shape_survives() {
-    let scene = Scene::turning_head(&SceneOptions { points: 150, outliers: 0.15, frames: 40, ..SceneOptions::default() });
+    let scene =
+        Scene::turning_head(&SceneOptions { points: 150, outliers: 0.15, frames: 40, ..SceneOptions::default() });
     let mut bundle = nudged(&scene, 0.3, 0.01, 0.002);
     let options = BundleOptions { loss: Loss::Cauchy(2.0), ..BundleOptions::default() };
     solve(&mut bundle, &options);
@@ -145,8 +153,10 @@ fn priors_hold_what_two_frames_two_degrees_apart_cannot() {
 fn pose_priors_replace_a_fixed_frame() {
     let scene = Scene::turning_head(&SceneOptions { frames: 12, ..SceneOptions::default() });
     let mut bundle = nudged(&scene, 0.3, 0.01, 0.002);
-    let prior = |frame: usize| PosePrior { frame, cam_from_head: scene.cam_from_head[frame], sigma_rad: 0.01, sigma_m: 0.002 };
-    let options = BundleOptions { fixed_frames: vec![], pose_priors: (0..12).map(prior).collect(), ..BundleOptions::default() };
+    let prior =
+        |frame: usize| PosePrior { frame, cam_from_head: scene.cam_from_head[frame], sigma_rad: 0.01, sigma_m: 0.002 };
+    let options =
+        BundleOptions { fixed_frames: vec![], pose_priors: (0..12).map(prior).collect(), ..BundleOptions::default() };
     solve(&mut bundle, &options);
     for (found, truth) in bundle.poses.iter().zip(&scene.cam_from_head) {
         assert!(found.angle_to(truth) < 0.01 && (found.translation - truth.translation).norm() < 0.004);
@@ -155,7 +165,8 @@ fn pose_priors_replace_a_fixed_frame() {
 
 #[test]
 fn the_same_bits_with_one_thread_and_with_four() {
-    let scene = Scene::turning_head(&SceneOptions { points: 150, frames: 30, background: 0, ..SceneOptions::default() });
+    let scene =
+        Scene::turning_head(&SceneOptions { points: 150, frames: 30, background: 0, ..SceneOptions::default() });
     let run = |threads: usize| {
         let mut bundle = nudged(&scene, 0.3, 0.01, 0.002);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -188,13 +199,15 @@ fn nonsense_is_refused_and_nothing_changes() {
 
 #[test]
 #[ignore = "a measurement"]
-fn time_per_iteration() {
-    for (frames, points) in [(24, 66), (120, 66), (60, 300), (120, 500)] {
+fn time_per_step() {
+    for (frames, points, repeats) in [(24, 66, 100), (120, 66, 20), (60, 300, 20), (120, 500, 5)] {
         let scene = Scene::turning_head(&SceneOptions { frames, points, min_facing: -1.0, ..SceneOptions::default() });
-        let mut bundle = nudged(&scene, 0.3, 0.01, 0.003);
-        let started = std::time::Instant::now();
-        let report = solve(&mut bundle, &BundleOptions::default());
-        let ms = started.elapsed().as_secs_f64() * 1e3 / report.iterations as f64;
-        println!("{frames} x {points}: {ms:.1} ms per step, {} steps, {:.4} mm", report.iterations, shape_error_mm(&bundle, &scene));
+        let start = nudged(&scene, 0.3, 0.01, 0.003);
+        let (before, mut steps) = (crate::two_view::processor_ms(), 0);
+        for _ in 0..repeats {
+            steps += solve(&mut start.clone(), &BundleOptions::default()).iterations;
+        }
+        let ms = (crate::two_view::processor_ms() - before) / steps as f64;
+        println!("{frames} x {points}: {ms:.2} ms of one core per step, {} steps", steps / repeats);
     }
 }

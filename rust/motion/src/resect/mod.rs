@@ -60,7 +60,12 @@ pub fn resect(
 ) -> Result<Resection, MotionError> {
     let total = points.len();
     if normalised.len() != total {
-        return Err(MotionError::BadIndex { table: "point table", kind: "point", index: total, count: normalised.len() });
+        return Err(MotionError::BadIndex {
+            table: "point table",
+            kind: "point",
+            index: total,
+            count: normalised.len(),
+        });
     }
     let needed = options.min_inliers.max(4);
     if total < needed {
@@ -161,7 +166,7 @@ impl View<'_> {
         for (point, at) in self.points.iter().zip(self.normalised) {
             let turned = pose.rotation * point;
             let p = turned + pose.translation;
-            if !(p.z > 1e-9) {
+            if p.z.is_nan() || p.z <= 1e-9 {
                 cost += loss.evaluate(1.0).0;
                 continue;
             }

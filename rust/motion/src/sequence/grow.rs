@@ -31,12 +31,12 @@ pub(super) struct Reconstruction<'a> {
     camera: Camera,
     /// Sightings of each track, by frame.
     pub(super) sightings: Vec<Vec<Seen>>,
-    /// Tracks that stand still while others move: they take no part in the beginning.
+    /// Tracks that stand still while others move: they take no part.
     pub(super) still: Vec<bool>,
     poses: Vec<Option<Transform>>,
     failures: Vec<Option<MotionError>>,
     points: Vec<Option<Vec3>>,
-    /// Initial poses that the tracks do not contradict.
+    /// Initial poses, less those that the tracks contradict.
     anchors: Vec<Option<Transform>>,
     /// The frame that defines the head frame where there are no anchors.
     reference: usize,
@@ -60,7 +60,7 @@ impl<'a> Reconstruction<'a> {
             options,
             camera: *camera,
             sightings: tracks.par_iter().map(seen).collect(),
-            still: standing_still(tracks, options.threshold_px),
+            still: standing_still(tracks, options.frames, options.threshold_px),
             poses: vec![None; options.frames],
             failures: vec![None; options.frames],
             points: vec![None; tracks.len()],
@@ -75,22 +75,29 @@ impl<'a> Reconstruction<'a> {
     }
 
     /// Begins with poses that are off by some pixels: points under a wide threshold, a bundle, a narrower one.
-    pub(super) fn start_from_poses(&mut self, poses: &[Option<Transform>], progress: &Progress) -> Result<(), MotionError> {
+    pub(super) fn start_from_poses(
+        &mut self,
+        poses: &[Option<Transform>],
+        progress: &Progress,
+    ) -> Result<(), MotionError> {
         self.poses = poses.to_vec();
         self.anchors = poses.to_vec();
         for widening in WIDENING {
-            self.triangulate_all(widening, false);
+            self.triangulate_all(widening);
+            self.drop_contradicted_poses(widening);
             self.adjust(widening, 10, false, progress)?;
-            self.drop_contradicted_anchors();
         }
         Ok(())
     }
 
-    /// An initial pose far from where the tracks put its frame is a failed fit: it no longer holds anything.
-    fn drop_contradicted_anchors(&mut self) {
-        let limit = 4.0 * self.options.initial_sigma_rad;
-        for (anchor, pose) in self.anchors.iter_mut().zip(&self.poses) {
-            *anchor = anchor.filter(|a| pose.is_some_and(|p| p.angle_to(a) < limit));
+    /// A frame whose initial pose does not bring three of ten known points near their observations was fitted wrongly: it is
+    /// placed anew later, and its pose no longer holds anything.
+    fn drop_contradicted_poses(&mut self, widening: f64) {
+        let known: Vec<usize> = self.known_points().iter().map(Vec::len).collect();
+        let mut agree = vec![0; known.len()];
+        self.observations(widening).iter().for_each(|o| agree[o.frame] += 1);
+        for frame in (0..known.len()).filter(|&f| agree[f] < FEWEST_POINTS || 10 * agree[f] < 3 * known[f]) {
+            (self.poses[frame], self.anchors[frame]) = (None, None);
         }
     }
 
@@ -114,11 +121,10 @@ impl<'a> Reconstruction<'a> {
         loop {
             let placed = self.poses.iter().flatten().count();
             progress.step(placed, self.options.frames)?;
-            eprintln!("placed {placed} points {} still {}", self.points.iter().flatten().count(), self.still.iter().filter(|s| **s).count());
             if !self.place_next_frames() {
                 return Ok(());
             }
-            self.triangulate_all(2.0, false);
+            self.triangulate_all(2.0);
             self.adjust(2.0, 6, false, progress)?;
         }
     }
@@ -150,7 +156,8 @@ impl<'a> Reconstruction<'a> {
     }
 
     fn place(&self, frame: usize, known: &[(usize, Vec2)]) -> Result<Transform, MotionError> {
-        let seen: Vec<(Vec3, Vec2)> = known.iter().filter_map(|(track, at)| Some((self.points[*track]?, *at))).collect();
+        let seen: Vec<(Vec3, Vec2)> =
+            known.iter().filter_map(|(track, at)| Some((self.points[*track]?, *at))).collect();
         let (points, normalised): (Vec<Vec3>, Vec<Vec2>) = seen.into_iter().unzip();
         let nearest = (0..self.poses.len()).filter(|&f| self.poses[f].is_some()).min_by_key(|&f| f.abs_diff(frame));
         let options = ResectOptions {
@@ -163,11 +170,11 @@ impl<'a> Reconstruction<'a> {
         Ok(found.cam_from_x)
     }
 
-    /// Triangulates every track anew from all posed frames; tracks that stand still only when asked for.
-    fn triangulate_all(&mut self, widening: f64, with_still: bool) {
+    /// Triangulates every track that moves anew from all posed frames.
+    fn triangulate_all(&mut self, widening: f64) {
         let threshold = widening * self.threshold();
         let locate = |(track, sightings): (usize, &Vec<Seen>)| {
-            if self.still[track] && !with_still {
+            if self.still[track] {
                 return None;
             }
             let rays: Vec<_> = sightings.iter().filter_map(|s| Some((self.poses[s.frame]?, s.normalised))).collect();
@@ -211,7 +218,8 @@ impl<'a> Reconstruction<'a> {
             sigma_m: self.options.initial_sigma_m,
         };
         let pose_priors: Vec<PosePrior> = anchors.map(prior).collect();
-        let placed = self.options.point_priors.iter().filter(|prior| self.points.get(prior.point).is_some_and(Option::is_some));
+        let placed =
+            self.options.point_priors.iter().filter(|prior| self.points.get(prior.point).is_some_and(Option::is_some));
         BundleOptions {
             loss: Loss::Cauchy(3.0),
             refine_focal,
@@ -259,7 +267,9 @@ impl<'a> Reconstruction<'a> {
 
     /// Without anchors nothing holds the scale: the points' median depth in the reference frame is the distance asked for.
     fn rescale(&mut self) {
-        let Some(pose) = self.poses[self.reference].filter(|_| self.anchors.iter().flatten().next().is_none()) else { return };
+        let Some(pose) = self.poses[self.reference].filter(|_| self.anchors.iter().flatten().next().is_none()) else {
+            return;
+        };
         let mut depths: Vec<f64> = self.points.iter().flatten().map(|p| pose.apply(p).z).filter(|z| *z > 0.0).collect();
         depths.sort_by(f64::total_cmp);
         let Some(median) = depths.get(depths.len() / 2) else { return };
@@ -272,11 +282,11 @@ impl<'a> Reconstruction<'a> {
     pub(super) fn finish(mut self, progress: &Progress) -> Result<Sequence, MotionError> {
         let refine_focal = self.options.refine_focal;
         for widening in [2.0, 1.0] {
-            self.triangulate_all(widening, true);
+            self.triangulate_all(widening);
             self.adjust(widening, 20, refine_focal, progress)?;
         }
         if self.place_next_frames() {
-            self.triangulate_all(1.0, true);
+            self.triangulate_all(1.0);
         }
         let mut bundle = self.bundle(1.0);
         reject_outliers(&mut bundle, REJECTION);

@@ -1,7 +1,7 @@
 //! Where a sequence begins: tracks that stand still, and the pair of frames that shows the head from two sides best.
 
+use super::PointTrack;
 use super::grow::Reconstruction;
-use super::{PointTrack, Sighting};
 use crate::MotionError;
 use crate::two_view::{TwoView, TwoViewOptions, robust};
 use geometry::{Progress, Transform, Vec2};
@@ -11,6 +11,8 @@ use rayon::prelude::*;
 const SAMPLED_FRAMES: usize = 24;
 /// Pairs tried in earnest.
 const TRIED_PAIRS: usize = 12;
+/// Parts of a track's life in which others are watched.
+const PARTS_OF_LIFE: usize = 6;
 /// A turn by 10 to 15 degrees is wanted.
 const WANTED_TURN_RAD: (f64, f64) = (0.17, 0.26);
 /// What a face 0.1 m around its axis moves at that turn, at arm's length, normalised units.
@@ -26,30 +28,30 @@ pub(super) struct Pair {
 
 /// Which tracks stand still while others move: the background, seen by a camera that does not turn.
 ///
-/// A track that moves less than `limit_px` over its life stands still if over the same frames a tenth of the tracks that
-/// live as long moves more than four times as much.
-pub(super) fn standing_still(tracks: &[PointTrack], limit_px: f64) -> Vec<bool> {
-    let spans: Vec<Option<(Sighting, Sighting)>> = tracks.iter().map(longest_way).collect();
-    let shift_between = |track: &PointTrack, from: usize, to: usize| {
-        let at = |frame: usize| track.observations.iter().find(|o| o.frame == frame);
-        Some((at(from)?.pixel - at(to)?.pixel).norm())
+/// A track that moves less than `limit_px` over its life stands still if in some part of its life several others move more
+/// than four times as much.
+pub(super) fn standing_still(tracks: &[PointTrack], frames: usize, limit_px: f64) -> Vec<bool> {
+    let dense = |track: &PointTrack| {
+        let mut pixels = vec![None; frames];
+        track.observations.iter().for_each(|o| pixels[o.frame] = Some(o.pixel));
+        pixels
     };
-    let stands = |(track, span): (&PointTrack, &Option<(Sighting, Sighting)>)| {
-        let Some((first, last)) = span else { return false };
-        if extent(track) > limit_px {
-            return false;
-        }
-        let shifts: Vec<f64> = tracks.iter().filter_map(|t| shift_between(t, first.frame, last.frame)).collect();
-        10 * shifts.iter().filter(|s| **s > 4.0 * limit_px).count() >= shifts.len()
+    let pixels: Vec<Vec<Option<Vec2>>> = tracks.par_iter().map(dense).collect();
+    let others_move = |from: usize, to: usize| {
+        let shifts: Vec<f64> = pixels.iter().filter_map(|p| Some((p[from]? - p[to]?).norm())).collect();
+        // Several: not a few that slipped. The head may well be the lesser part of the picture.
+        let moving = shifts.iter().filter(|s| **s > 4.0 * limit_px).count();
+        moving >= 8 && 50 * moving >= shifts.len()
     };
-    tracks.par_iter().zip(&spans).map(stands).collect()
-}
-
-/// The first and the last sighting.
-fn longest_way(track: &PointTrack) -> Option<(Sighting, Sighting)> {
-    let first = track.observations.iter().min_by_key(|o| o.frame)?;
-    let last = track.observations.iter().max_by_key(|o| o.frame)?;
-    (first.frame < last.frame).then_some((*first, *last))
+    let stands = |track: &PointTrack| {
+        let mut seen: Vec<usize> = track.observations.iter().map(|o| o.frame).collect();
+        seen.sort_unstable();
+        let part = seen.len().div_ceil(PARTS_OF_LIFE);
+        part > 0
+            && extent(track) <= limit_px
+            && seen.windows(part + 1).step_by(part).any(|w| others_move(w[0], w[part]))
+    };
+    tracks.par_iter().map(stands).collect()
 }
 
 /// How far a track gets from its middle, nine tenths of the time.
@@ -71,11 +73,8 @@ impl Reconstruction<'_> {
         let mut promising = self.promising_pairs();
         promising.truncate(TRIED_PAIRS);
         progress.step(0, 1)?;
-        let options = TwoViewOptions {
-            threshold: self.threshold(),
-            seed: self.options.seed,
-            ..TwoViewOptions::default()
-        };
+        let options =
+            TwoViewOptions { threshold: self.threshold(), seed: self.options.seed, ..TwoViewOptions::default() };
         let tried: Vec<Result<Pair, MotionError>> = promising
             .par_iter()
             .map(|&(_, a, b)| {
@@ -92,7 +91,6 @@ impl Reconstruction<'_> {
                 Err(error) => first_failure = first_failure.or(Some(error)),
             }
         }
-        for p in best.iter() { eprintln!("pair {} {} {} inl {} par {} {}", p.a, p.b, p.tracks.len(), p.motion.inliers.iter().filter(|i| **i).count(), p.motion.parallax_rad, p.motion.direction_sigma_rad); }
         let reason = first_failure.unwrap_or(MotionError::TooFewMatches { found: 0, needed: 8 }).to_string();
         best.ok_or(MotionError::NoInitialPair { reason })
     }
@@ -132,11 +130,11 @@ impl Reconstruction<'_> {
     pub(super) fn matches(&self, a: usize, b: usize) -> (Vec<usize>, Vec<Vec2>, Vec<Vec2>) {
         let (mut tracks, mut in_a, mut in_b) = (Vec::new(), Vec::new(), Vec::new());
         for (track, sightings) in self.sightings.iter().enumerate().filter(|(track, _)| !self.still[*track]) {
-            let at = |frame: usize| sightings.iter().find(|s| s.frame == frame).map(|s| s.normalised);
-            if let (Some(p), Some(q)) = (at(a), at(b)) {
+            let at = |frame: usize| sightings.binary_search_by_key(&frame, |s| s.frame);
+            if let (Ok(p), Ok(q)) = (at(a), at(b)) {
                 tracks.push(track);
-                in_a.push(p);
-                in_b.push(q);
+                in_a.push(sightings[p].normalised);
+                in_b.push(sightings[q].normalised);
             }
         }
         (tracks, in_a, in_b)

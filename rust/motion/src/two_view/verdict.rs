@@ -16,7 +16,7 @@ pub(super) fn explained_by_rotation(a: &[Vec2], b: &[Vec2], threshold: f64) -> u
     let (rays_a, rays_b) = (rays(a), rays(b));
     let mut rotation = Transform::identity();
     let residual = |rotation: &Transform, i: usize| (rays_b[i] - rotation.rotation * rays_a[i]).norm();
-    for round in 0..10 {
+    for round in 0..5 {
         // Weights that fall with distance let the majority decide; the first round takes all.
         let weight =
             |i: usize| if round == 0 { 1.0 } else { 1.0 / (1.0 + (residual(&rotation, i) / threshold).powi(2)) };

@@ -24,15 +24,19 @@ mod scene;
 
 use geometry::Vec2;
 use image::GrayImage;
+use lattice::Lattice;
 use plane::{Plane, finer};
 use rayon::prelude::*;
 use refine::{Corner, Effort, Guess};
+use saddles::Saddle;
 use serde::{Deserialize, Serialize};
 
 /// The search begins in the finest level with no more pixels than this.
 const COARSEST_PIXELS: usize = 120_000;
 /// A corner is measured in the finest level where the blur is below this, pixels: finer ones only add work.
 const MAX_BLUR: f64 = 2.5;
+/// Standard deviation of the edges' blur that the first fit begins with, pixels.
+const FIRST_BLUR: f64 = 0.7;
 /// Of all fits but the last.
 const FIRST_EFFORT: Effort = Effort { max_radius: 8.0, last_step: 0.1 };
 /// Residual of a corner's fit relative to its contrast above which it is not a corner.
@@ -171,15 +175,18 @@ pub fn detect(image: &GrayImage, size: BoardSize, options: &BoardOptions) -> Res
         let level = &levels[n];
         let extent = (level.width, level.height);
         let saddles = saddles::find(level, options.min_contrast, options.max_saddles);
-        let whole = |l: &lattice::Lattice| arrange::arrange(l, &saddles, size, extent).is_ok();
+        let whole = |l: &Lattice| arrange::arrange(l, &saddles, size, extent).is_ok();
         let Some(lattice) = lattice::grow(&saddles, options.max_seeds, whole) else { continue };
         match arrange::arrange(&lattice, &saddles, size, extent) {
             Ok(positions) => match measure(&levels[..=n], positions, size, options) {
                 Ok(corners) => return Ok(corners),
                 Err(unclear) => (seen, error) = (lattice.cells.len(), unclear),
             },
-            Err(mismatch) if mismatch.corners > seen => (seen, error) = (mismatch.corners, mismatch.error),
-            Err(_) => {}
+            Err(mismatch) => {
+                if mismatch.corners > seen && is_board(level, &lattice, &saddles, options) {
+                    (seen, error) = (mismatch.corners, mismatch.error);
+                }
+            }
         }
     }
     Err(error)
@@ -194,6 +201,21 @@ fn pyramid(image: &GrayImage) -> Vec<Plane> {
     levels
 }
 
+/// Whether a lattice that is not the board asked for is one at all, and not a texture: most of its corners look like one.
+fn is_board(level: &Plane, lattice: &Lattice, saddles: &[Saddle], options: &BoardOptions) -> bool {
+    let sound = |(&cell, &k): (&lattice::Cell, &usize)| {
+        let Some(local) = lattice.predict(saddles, cell) else { return false };
+        let position = saddles[k].position;
+        let guess = Guess { position, steps: [local.u, local.v], curvatures: [0.0; 2], blur: FIRST_BLUR };
+        refine::fit(level, &guess, &FIRST_EFFORT).is_some_and(|c| is_sound(&c, options))
+    };
+    2 * lattice.cells.iter().filter(|&c| sound(c)).count() > lattice.cells.len()
+}
+
+fn is_sound(corner: &Corner, options: &BoardOptions) -> bool {
+    corner.contrast >= options.min_contrast && corner.residual <= MAX_RESIDUAL * corner.contrast
+}
+
 /// Fits the corners, roughly at `positions` of the last level, in that level and on to the finest useful one.
 fn measure(
     levels: &[Plane],
@@ -206,12 +228,11 @@ fn measure(
         let effort = if last { Effort { max_radius: options.max_radius, last_step: 0.02 } } else { FIRST_EFFORT };
         let guesses = guesses(positions, columns, blur, last);
         let fitted: Vec<_> = guesses.par_iter().map(|g| refine::fit(level, g, &effort)).collect();
-        let sound = |c: &Corner| c.contrast >= options.min_contrast && c.residual <= MAX_RESIDUAL * c.contrast;
         let unclear = |k: usize| BoardError::UnclearCorner { column: k % columns, row: k / columns };
-        fitted.into_iter().enumerate().map(|(k, c)| c.filter(sound).ok_or(unclear(k))).collect()
+        fitted.into_iter().enumerate().map(|(k, c)| c.filter(|c| is_sound(c, options)).ok_or(unclear(k))).collect()
     };
     let mut n = levels.len() - 1;
-    let mut corners = fit(&levels[n], &positions, 0.7, false)?;
+    let mut corners = fit(&levels[n], &positions, FIRST_BLUR, false)?;
     loop {
         positions = corners.iter().map(|c| c.position).collect();
         let blur = median(corners.iter().map(|c| c.blur));

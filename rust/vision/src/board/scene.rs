@@ -7,8 +7,8 @@ use nalgebra::Rotation3;
 use rayon::prelude::*;
 use synthetic::Random;
 
-/// Rays per pixel along one axis.
-const RAYS: usize = 5;
+/// Rays per pixel, on a lattice that has each row and each column once.
+const RAYS: usize = 25;
 
 /// A board before a camera.
 #[derive(Clone)]
@@ -50,11 +50,11 @@ impl Scene {
         let board_from_cam = self.cam_from_board.inverse();
         let mean = |k: usize| {
             let ray = |n: usize| {
-                let offset = Vec2::new((n % RAYS) as f64 + 0.5, (n / RAYS) as f64 + 0.5) / RAYS as f64;
+                let offset = Vec2::new(n as f64 + 0.5, (7 * n % RAYS) as f64 + 0.5) / RAYS as f64;
                 let pixel = Vec2::new((k % width) as f64 - 0.5, (k / width) as f64 - 0.5) + offset;
                 self.radiance(&board_from_cam, pixel)
             };
-            (0..RAYS * RAYS).map(ray).sum::<f64>() / (RAYS * RAYS) as f64
+            (0..RAYS).map(ray).sum::<f64>() / RAYS as f64
         };
         let sharp: Vec<f64> = (0..width * height).into_par_iter().map(mean).collect();
         let light = blurred(&sharp, width, self.blur);

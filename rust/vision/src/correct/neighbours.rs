@@ -206,7 +206,7 @@ pub(super) mod tests {
         for matches in [collinear, twice] {
             let active = vec![true; matches.len()];
             let graph = Graph::new(&matches);
-            assert!((0..matches.len()).all(|i| graph.first[i].len() >= 1 && !graph.first[i].contains(&i)));
+            assert!((0..matches.len()).all(|i| !graph.first[i].is_empty() && !graph.first[i].contains(&i)));
             assert!(local_map(5, &graph, &matches, &active).is_some());
         }
     }

@@ -43,6 +43,9 @@ pub(super) struct Step {
 }
 
 /// Solved steps of the shift alone, or of shift and warp with the warp held near the predicted one.
+///
+/// It lives on the stack for one level of one point: a box would cost more than the space.
+#[allow(clippy::large_enum_variant)]
 pub(super) enum Solver {
     Shift { inverse: Matrix2<f64> },
     Affine { hessian: Cholesky<f64, Const<AFFINE>>, stiffness: f64, predicted: Matrix2<f64> },
@@ -147,7 +150,6 @@ impl Scratch {
     }
 
     /// One step, `rate` of the way; the whole of it is returned, or `None` if it cannot be made.
-    #[allow(clippy::too_many_arguments)]
     pub fn step(
         &mut self,
         level: &Level,

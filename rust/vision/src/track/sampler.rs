@@ -53,7 +53,6 @@ impl Region {
     }
 
     /// Reads `level(centre + warp · x) − offset` for every `x` of the window, row by row, into `out`.
-    #[allow(clippy::too_many_arguments)]
     pub fn read(
         &mut self,
         level: &Level,

@@ -106,7 +106,7 @@ fn a_guessed_warp_reaches_what_a_shift_cannot() {
     let expected = Matrix2::new(0.6, 0.05, 0.0, 1.0);
     let guesses: Vec<_> =
         points.iter().map(|&p| Guess { position: map(p) + Vec2::new(0.8, -0.7), warp: expected }).collect();
-    let options = TrackOptions { levels: 1, ..Default::default() };
+    let options = TrackOptions { window: 15, levels: 1, ..Default::default() };
     let tracks = track(&a, &b, &points, Some(&guesses), &options).unwrap();
     let (rms, largest) = errors(&tracks, |i| map(points[i]));
     assert!(rms < 0.02 && largest < 0.05, "rms {rms}, largest {largest}");

@@ -1,0 +1,1 @@
+"""The camera: from board pictures, or from a file."""

@@ -1,0 +1,60 @@
+"""The only importer of the native library: numpy in, numpy out, no bpy."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+from facewright import Cancelled, FacewrightError, Job, Reconstruction
+from facewright import board_svg as board_svg
+from facewright import calibrate as _calibrate
+from facewright import generic_head as _generic_head
+from facewright import reconstruct as _reconstruct
+
+__all__ = [
+    "Cancelled",
+    "FacewrightError",
+    "Job",
+    "Reconstruction",
+    "assets_folder",
+    "board_svg",
+    "calibrate",
+    "generic_head",
+    "reconstruct",
+]
+
+Method = Literal["default", "paper"]
+
+
+def assets_folder() -> str:
+    """Folder of the generic head and the landmark nets: the extension's own, or the one FACEWRIGHT_ASSETS names."""
+    return os.environ.get("FACEWRIGHT_ASSETS") or str(Path(__file__).parent.parent / "assets")
+
+
+def reconstruct(
+    frames: Sequence[str],
+    *,
+    camera: str | None,
+    method: Method,
+    texture_size: int,
+    interocular_mm: float | None,
+) -> Job[Reconstruction]:
+    """Start to reconstruct the head in image files or folders; `camera` is the text of a camera.json."""
+    return _reconstruct(
+        list(frames),
+        assets=assets_folder(),
+        camera=camera,
+        method=method,
+        texture_size=texture_size,
+        interocular_mm=interocular_mm,
+    )
+
+
+def calibrate(pictures: Sequence[str], *, inner: tuple[int, int], square_mm: float) -> Job[str]:
+    """Start to calibrate a camera from board pictures; the result is the text of a camera.json."""
+    return _calibrate(list(pictures), inner=inner, square_mm=square_mm)
+
+
+def generic_head() -> Reconstruction:
+    """The generic head with its own keys."""
+    return _generic_head(assets_folder())

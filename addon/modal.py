@@ -1,0 +1,126 @@
+"""An operator whose work goes on while the artist looks on: progress in the panel, Esc, one final step."""
+
+import time
+from typing import Any, ClassVar
+
+import bpy
+
+from .engine import Cancelled, FacewrightError
+from .jobs import POLL_SECONDS, Work, wait
+
+Result = set[str]
+
+
+class Running:
+    """What runs in this Blender, for panels and polls: at most one thing at a time."""
+
+    stage: ClassVar[str] = ""
+    fraction: ClassVar[float] = 0.0
+    active: ClassVar[bool] = False
+
+
+class WorkOperator:
+    """Mix-in: `start` gives the work, `finish` changes the data in one step and gives the message."""
+
+    _work: Work[Any] | None = None
+    _timer: bpy.types.Timer | None = None
+
+    def start(self, context: bpy.types.Context) -> Work[Any]:
+        raise NotImplementedError
+
+    def finish(self, context: bpy.types.Context, result: Any) -> str:
+        raise NotImplementedError
+
+    def execute(self, context: bpy.types.Context) -> Result:
+        try:
+            message = self.finish(context, wait(self.start(context)))
+        except FacewrightError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self.report({"INFO"}, message)
+        return {"FINISHED"}
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> Result:
+        if bpy.app.background:
+            return self.execute(context)
+        try:
+            self._work = self.start(context)
+        except FacewrightError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        Running.active, Running.stage, Running.fraction = True, "starting", 0.0
+        self._timer = context.window_manager.event_timer_add(POLL_SECONDS, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> Result:
+        if event.type == "ESC" and event.value == "PRESS":
+            self._end(context)
+            self.report({"INFO"}, "Cancelled; nothing was changed")
+            return {"CANCELLED"}
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        return self._advance(context)
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Blender closes or loads a file."""
+        self._end(context)
+
+    def _advance(self, context: bpy.types.Context) -> Result:
+        assert self._work is not None
+        until = time.monotonic() + POLL_SECONDS / 2
+        try:
+            while time.monotonic() < until:
+                Running.stage, Running.fraction = next(self._work)
+                if Running.stage != "decode":
+                    break
+        except StopIteration as end:
+            self._end(context)
+            return self._finish(context, end.value)
+        except FacewrightError as error:
+            self._end(context)
+            level = "INFO" if isinstance(error, Cancelled) else "ERROR"
+            self.report({level}, str(error))
+            return {"CANCELLED"}
+        redraw(context)
+        return {"RUNNING_MODAL"}
+
+    def _finish(self, context: bpy.types.Context, result: Any) -> Result:
+        try:
+            self.report({"INFO"}, self.finish(context, result))
+        except FacewrightError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+    def _end(self, context: bpy.types.Context) -> None:
+        if self._work is not None:
+            self._work.close()
+            self._work = None
+        if self._timer is not None:
+            context.window_manager.event_timer_remove(self._timer)
+            self._timer = None
+        Running.active = False
+        redraw(context)
+
+
+def redraw(context: bpy.types.Context) -> None:
+    """Draw the side bars again."""
+    for area in context.screen.areas if context.screen else []:
+        if area.type == "VIEW_3D":
+            area.tag_redraw()
+
+
+def idle(operator: type[bpy.types.Operator]) -> bool:
+    """Whether nothing runs; tells the artist otherwise."""
+    if Running.active:
+        operator.poll_message_set("Facewright is at work: wait, or press Esc")
+        return False
+    return True
+
+
+def draw_progress(layout: bpy.types.UILayout) -> None:
+    """A bar with the present stage while something runs."""
+    if Running.active:
+        layout.progress(factor=Running.fraction, type="BAR", text=Running.stage)
+        layout.label(text="Esc cancels")

@@ -1,0 +1,112 @@
+"""What the reconstruction's buttons do."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..engine import FacewrightError, Method, Reconstruction, reconstruct
+from ..jobs import Work, watch
+from ..scene import video
+
+PICTURES = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp"}
+
+
+@dataclass(frozen=True)
+class Source:
+    """The frames of a clip: an absolute path, and the first and last frame to use (None: all)."""
+
+    path: str
+    span: tuple[int, int] | None = None
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to reconstruct; `camera` is the text of a camera.json."""
+
+    camera: str | None = None
+    method: Method = "default"
+    texture_size: int = 2048
+    interocular_mm: float | None = None
+
+
+def reconstructed(source: Source, settings: Settings) -> Work[Reconstruction]:
+    """Decode the clip if it is a video, then reconstruct."""
+    check(source)
+    return _reconstructed(source, settings)
+
+
+def check(source: Source) -> None:
+    """Refuse what cannot be a clip before anything begins."""
+    if not source.path:
+        raise FacewrightError("choose a clip first: a video, a folder of frames or an image")
+    if not Path(source.path).exists():
+        raise FacewrightError(f"{source.path} does not exist: choose the clip again")
+    if source.span is not None and source.span[1] <= source.span[0]:
+        raise FacewrightError("the last frame must come after the first")
+
+
+def _reconstructed(source: Source, settings: Settings) -> Work[Reconstruction]:
+    folder = None
+    try:
+        if video.is_video(source.path):
+            folder = yield from video.decode(source.path, _numbers(source))
+            frames = [folder.name]
+        else:
+            frames = _images(source)
+        job = reconstruct(
+            frames,
+            camera=settings.camera,
+            method=settings.method,
+            texture_size=settings.texture_size,
+            interocular_mm=settings.interocular_mm,
+        )
+        return (yield from watch(job))
+    finally:
+        if folder is not None:
+            folder.cleanup()
+
+
+def _numbers(source: Source) -> range:
+    count = video.frame_count(source.path)
+    if count == 0:
+        raise FacewrightError(f"{source.path} cannot be read as a video")
+    first, last = source.span or (0, count - 1)
+    if first >= count:
+        raise FacewrightError(f"the clip has {count} frames, counted from 0: frame {first} is beyond its end")
+    return range(first, min(last, count - 1) + 1)
+
+
+def _images(source: Source) -> list[str]:
+    path = Path(source.path)
+    folder = path if path.is_dir() else path.parent
+    images = sorted(str(p) for p in folder.iterdir() if p.suffix.lower() in PICTURES)
+    if not images:
+        raise FacewrightError(f"{folder} holds no frames: PNG, JPEG, TIFF, BMP or WebP")
+    if source.span is not None:
+        images = images[source.span[0] : source.span[1] + 1]
+    return images
+
+
+def report_lines(text: str) -> list[str]:
+    """A report in a few lines for the panel."""
+    report: dict[str, Any] = json.loads(text)
+    frames = report["frames"]
+    used = [frame for frame in frames if frame["used"]]
+    reasons: dict[str, int] = {}
+    for frame in frames:
+        if not frame["used"]:
+            reason = frame["reason"].split(":")[0].split("(")[0].strip()
+            reasons[reason] = reasons.get(reason, 0) + 1
+    lines = [f"{len(used)} of {len(frames)} frames, {report['points']} points"] if frames else []
+    lines += [f"{count} × {reason}" for reason, count in reasons.items()]
+    if frames:
+        lines.append(
+            f"Fit {report['fit']['points_median_mm']:.2f} mm, texture {100 * report['texture']['seen']:.0f} % seen"
+        )
+    return lines
+
+
+def warnings(text: str) -> list[str]:
+    """What the artist should know of a result."""
+    return json.loads(text)["warnings"]

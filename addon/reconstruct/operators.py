@@ -1,0 +1,107 @@
+"""The reconstruction's buttons."""
+
+import bpy
+
+from ..engine import FacewrightError, Reconstruction
+from ..jobs import Work
+from ..modal import Result, WorkOperator, idle
+from ..scene import head as scene_head
+from . import actions
+
+
+class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
+    """Make the head of the person in the clip"""
+
+    bl_idname = "facewright.reconstruct"
+    bl_label = "Reconstruct Face"
+    bl_options = {"REGISTER", "UNDO"}
+
+    output: bpy.props.StringProperty(
+        name="Result Folder",
+        description="Also write head.glb, texture.png, eyes.png and report.json here",
+        subtype="DIR_PATH",
+        options={"SKIP_SAVE"},
+    )
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if context.mode != "OBJECT":
+            cls.poll_message_set("Go to Object Mode first")
+            return False
+        if not context.scene.facewright_clip.path:
+            cls.poll_message_set("Choose a clip first")
+            return False
+        return idle(cls)
+
+    def start(self, context: bpy.types.Context) -> Work[Reconstruction]:
+        clip = context.scene.facewright_clip
+        source = actions.Source(bpy.path.abspath(clip.path), (clip.first, clip.last) if clip.use_range else None)
+        settings = actions.Settings(
+            camera=context.scene.facewright_camera.text or None,
+            method=clip.method,
+            texture_size=int(clip.texture_size),
+            interocular_mm=clip.interocular_mm if clip.use_interocular else None,
+        )
+        return actions.reconstructed(source, settings)
+
+    def finish(self, context: bpy.types.Context, result: Reconstruction) -> str:
+        if self.output:
+            result.write(bpy.path.abspath(self.output))
+        face = scene_head.place(context.scene, result)
+        context.view_layer.objects.active = face
+        return "; ".join([*actions.report_lines(result.report)[:1], *actions.warnings(result.report)])
+
+
+class FACEWRIGHT_OT_choose_clip(bpy.types.Operator):
+    """Choose a video, or a frame of an image sequence"""
+
+    bl_idname = "facewright.choose_clip"
+    bl_label = "Choose Clip"
+    bl_options = {"REGISTER", "UNDO"}
+
+    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filter_movie: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+    filter_image: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+    filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> Result:
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: bpy.types.Context) -> Result:
+        try:
+            actions.check(actions.Source(bpy.path.abspath(self.filepath)))
+        except FacewrightError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        context.scene.facewright_clip.path = self.filepath
+        return {"FINISHED"}
+
+
+class FACEWRIGHT_OT_expression(bpy.types.Operator):
+    """Set the head's keys to an expression; with auto keying on, insert keyframes"""
+
+    bl_idname = "facewright.expression"
+    bl_label = "Expression"
+    bl_options = {"REGISTER", "UNDO"}
+
+    name: bpy.props.StringProperty(name="Expression", default="neutral")
+    strength: bpy.props.FloatProperty(name="Strength", default=1.0, min=0.0, max=1.0, subtype="FACTOR")
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if scene_head.face(context.scene) is None:
+            cls.poll_message_set("Reconstruct a face first")
+            return False
+        return True
+
+    def execute(self, context: bpy.types.Context) -> Result:
+        skin = scene_head.face(context.scene)
+        poses = scene_head.expressions(skin)
+        if self.name != "neutral" and self.name not in poses:
+            self.report({"ERROR"}, f"there is no expression {self.name}: choose one of neutral, {', '.join(poses)}")
+            return {"CANCELLED"}
+        values = {key: value * self.strength for key, value in poses.get(self.name, {}).items()}
+        keying = context.scene.tool_settings.use_keyframe_insert_auto
+        scene_head.set_keys(skin, values, context.scene.frame_current if keying else None)
+        return {"FINISHED"}

@@ -1,0 +1,85 @@
+"""The reconstruction's panels."""
+
+import bpy
+
+from ..modal import draw_progress
+from ..scene import head as scene_head
+from . import actions
+from .operators import FACEWRIGHT_OT_choose_clip, FACEWRIGHT_OT_expression, FACEWRIGHT_OT_reconstruct
+
+
+class Side:
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Facewright"
+
+
+class FACEWRIGHT_PT_clip(Side, bpy.types.Panel):
+    bl_label = "Reconstruct"
+    bl_order = 0
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, clip = self.layout, context.scene.facewright_clip
+        row = layout.row(align=True)
+        row.prop(clip, "path", text="")
+        row.operator(FACEWRIGHT_OT_choose_clip.bl_idname, text="", icon="FILE_MOVIE")
+        layout.prop(clip, "use_range")
+        if clip.use_range:
+            row = layout.row(align=True)
+            row.prop(clip, "first")
+            row.prop(clip, "last")
+        row = layout.row()
+        row.scale_y = 1.5
+        row.operator(FACEWRIGHT_OT_reconstruct.bl_idname, icon="USER")
+        draw_progress(layout)
+
+
+class FACEWRIGHT_PT_advanced(Side, bpy.types.Panel):
+    bl_label = "Advanced"
+    bl_parent_id = "FACEWRIGHT_PT_clip"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, clip = self.layout, context.scene.facewright_clip
+        layout.use_property_split = True
+        layout.prop(clip, "method")
+        layout.prop(clip, "texture_size")
+        layout.prop(clip, "use_interocular")
+        if clip.use_interocular:
+            layout.prop(clip, "interocular_mm")
+
+
+class FACEWRIGHT_PT_report(Side, bpy.types.Panel):
+    bl_label = "Report"
+    bl_order = 2
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        face = scene_head.face(context.scene)
+        return face is not None and scene_head.REPORT in face
+
+    def draw(self, context: bpy.types.Context) -> None:
+        text = scene_head.face(context.scene)[scene_head.REPORT]
+        for line in actions.report_lines(text):
+            self.layout.label(text=line)
+        for warning in actions.warnings(text):
+            self.layout.label(text=warning, icon="ERROR")
+
+
+class FACEWRIGHT_PT_expressions(Side, bpy.types.Panel):
+    bl_label = "Expressions"
+    bl_order = 3
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return scene_head.face(context.scene) is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        grid = self.layout.grid_flow(columns=2, align=True)
+        for name in ["neutral", *scene_head.expressions(scene_head.face(context.scene))]:
+            grid.operator(FACEWRIGHT_OT_expression.bl_idname, text=name.capitalize()).name = name
+
+
+def draw_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    """In Add → Mesh, so that the menu search finds it."""
+    self.layout.operator(FACEWRIGHT_OT_reconstruct.bl_idname, icon="USER")

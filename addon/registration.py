@@ -1,0 +1,61 @@
+"""Everything that Blender is told of, in one list, undone in reverse."""
+
+import bpy
+
+from . import cli
+from .calibrate.operators import (
+    FACEWRIGHT_OT_calibrate,
+    FACEWRIGHT_OT_forget_camera,
+    FACEWRIGHT_OT_open_camera,
+    FACEWRIGHT_OT_save_board,
+)
+from .calibrate.panel import FACEWRIGHT_PT_camera
+from .calibrate.properties import FacewrightCamera
+from .reconstruct.operators import (
+    FACEWRIGHT_OT_choose_clip,
+    FACEWRIGHT_OT_expression,
+    FACEWRIGHT_OT_reconstruct,
+)
+from .reconstruct.panel import (
+    FACEWRIGHT_PT_advanced,
+    FACEWRIGHT_PT_clip,
+    FACEWRIGHT_PT_expressions,
+    FACEWRIGHT_PT_report,
+    draw_menu,
+)
+from .reconstruct.properties import FacewrightClip
+
+CLASSES: tuple[type, ...] = (
+    FacewrightCamera,
+    FacewrightClip,
+    FACEWRIGHT_OT_calibrate,
+    FACEWRIGHT_OT_open_camera,
+    FACEWRIGHT_OT_forget_camera,
+    FACEWRIGHT_OT_save_board,
+    FACEWRIGHT_OT_choose_clip,
+    FACEWRIGHT_OT_reconstruct,
+    FACEWRIGHT_OT_expression,
+    FACEWRIGHT_PT_camera,
+    FACEWRIGHT_PT_clip,
+    FACEWRIGHT_PT_advanced,
+    FACEWRIGHT_PT_report,
+    FACEWRIGHT_PT_expressions,
+)
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Scene.facewright_camera = bpy.props.PointerProperty(type=FacewrightCamera)
+    bpy.types.Scene.facewright_clip = bpy.props.PointerProperty(type=FacewrightClip)
+    bpy.types.VIEW3D_MT_mesh_add.append(draw_menu)
+    cli.register()
+
+
+def unregister() -> None:
+    cli.unregister()
+    bpy.types.VIEW3D_MT_mesh_add.remove(draw_menu)
+    del bpy.types.Scene.facewright_clip
+    del bpy.types.Scene.facewright_camera
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

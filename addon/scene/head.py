@@ -1,0 +1,132 @@
+"""A reconstruction as objects: made once, updated ever after."""
+
+import json
+
+import bpy
+import numpy as np
+
+from ..engine import Reconstruction
+from .axes import to_blender
+from .materials import LOOKS, image, material
+
+PART = "facewright_part"
+EXPRESSIONS = "facewright_expressions"
+REPORT = "facewright_report"
+SKIN = "skin"
+
+
+def face(scene: bpy.types.Scene) -> bpy.types.Object | None:
+    """The head's skin object in a scene."""
+    return part_objects(scene).get(SKIN)
+
+
+def part_objects(scene: bpy.types.Scene) -> dict[str, bpy.types.Object]:
+    """The objects of the head in a scene by part name."""
+    found = {o.get(PART): o for o in scene.objects if o.type == "MESH" and o.get(PART)}
+    return {str(name): found[name] for name in found}
+
+
+def place(scene: bpy.types.Scene, head: Reconstruction) -> bpy.types.Object:
+    """Put a head into a scene, or bring the one that is there up to date. Gives back the skin object, `Face`."""
+    objects = part_objects(scene)
+    pictures = {"Face skin": image("Face skin", head.texture), "Face eyes": image("Face eyes", head.eyes)}
+    skin = objects.get(SKIN)
+    for name, vertices, quads in head.parts:
+        obj = objects.get(name)
+        if obj is None or len(obj.data.vertices) != vertices[1] - vertices[0]:
+            obj = _new_object(scene, name, skin)
+            _build_mesh(obj.data, head, vertices, quads)
+        look = LOOKS[name]
+        if not obj.data.materials:
+            obj.data.materials.append(material(look, pictures.get(look.name)))
+        _set_shape(obj, head, vertices)
+        if name == SKIN:
+            skin = obj
+    assert skin is not None, "the first part is the skin"
+    for obj in part_objects(scene).values():
+        if obj is not skin:
+            _drive_keys(obj, skin)
+    skin[EXPRESSIONS] = json.dumps({name: dict(weights) for name, weights in head.expressions})
+    skin[REPORT] = head.report
+    return skin
+
+
+def expressions(skin: bpy.types.Object) -> dict[str, dict[str, float]]:
+    """Named poses of a head: values of its keys."""
+    return json.loads(skin.get(EXPRESSIONS, "{}"))
+
+
+def set_keys(skin: bpy.types.Object, values: dict[str, float], frame: float | None) -> None:
+    """Set every key of a head, to 0 where none is named; insert keyframes at a frame if one is given."""
+    blocks = skin.data.shape_keys.key_blocks
+    for block in list(blocks)[1:]:
+        value = min(values.get(block.name, 0.0), block.slider_max)
+        if frame is not None and (block.value != value or value != 0.0):
+            block.value = value
+            block.keyframe_insert("value", frame=frame)
+        block.value = value
+
+
+def _new_object(scene: bpy.types.Scene, name: str, skin: bpy.types.Object | None) -> bpy.types.Object:
+    title = "Face" if name == SKIN else f"Face {name}"
+    obj = bpy.data.objects.new(title, bpy.data.meshes.new(title))
+    obj[PART] = name
+    scene.collection.objects.link(obj)
+    if skin is not None:
+        obj.parent = skin
+    return obj
+
+
+def _build_mesh(mesh: bpy.types.Mesh, head: Reconstruction, vertices: tuple[int, int], quads: tuple[int, int]) -> None:
+    corners = head.quads[quads[0] : quads[1]].astype(np.int64) - vertices[0]
+    positions = to_blender(head.positions[vertices[0] : vertices[1]])
+    mesh.from_pydata(positions.tolist(), [], corners.tolist())
+    mesh.shade_smooth()
+    layer = mesh.uv_layers.new(name="UVMap")
+    layer.data.foreach_set("uv", np.ascontiguousarray(head.uvs[quads[0] : quads[1]], np.float32).ravel())
+    generic = mesh.attributes.new("generic_position", "FLOAT_VECTOR", "POINT")
+    generic.data.foreach_set("vector", to_blender(head.generic_positions[vertices[0] : vertices[1]]).ravel())
+    mesh.validate()
+
+
+def _set_shape(obj: bpy.types.Object, head: Reconstruction, vertices: tuple[int, int]) -> None:
+    """Basis and keys; values and animation of keys that exist stay."""
+    first, end = vertices
+    basis = head.positions[first:end]
+    _set_block(obj, "Basis", basis)
+    for name, indices, offsets in head.keys:
+        inside = (indices >= first) & (indices < end)
+        if not inside.any() and obj[PART] != SKIN:
+            continue
+        moved = basis.copy()
+        moved[indices[inside] - first] += offsets[inside]
+        _set_block(obj, name, moved)
+    obj.data.vertices.foreach_set("co", to_blender(basis).ravel())
+    obj.data.update()
+
+
+def _set_block(obj: bpy.types.Object, name: str, positions: np.ndarray) -> None:
+    keys = obj.data.shape_keys
+    block = keys.key_blocks.get(name) if keys else None
+    if block is None:
+        block = obj.shape_key_add(name=name, from_mix=False)
+        block.value = 0.0
+    block.data.foreach_set("co", to_blender(positions).ravel())
+
+
+def _drive_keys(obj: bpy.types.Object, skin: bpy.types.Object) -> None:
+    """Let the keys of a part follow the skin's of the same name."""
+    keys = obj.data.shape_keys
+    if keys is None:
+        return
+    driven = {curve.data_path for curve in (keys.animation_data.drivers if keys.animation_data else [])}
+    for block in list(keys.key_blocks)[1:]:
+        if block.path_from_id("value") in driven:
+            continue
+        driver = block.driver_add("value").driver
+        driver.type = "AVERAGE"
+        variable = driver.variables.new()
+        target = variable.targets[0]
+        target.id_type = "KEY"
+        target.id = skin.data.shape_keys
+        target.data_path = f'key_blocks["{block.name}"].value'

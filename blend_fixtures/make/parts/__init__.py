@@ -1,0 +1,1 @@
+"""What the fixture scripts share: the add-on, the person, the studio, the film."""

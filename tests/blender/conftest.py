@@ -1,0 +1,63 @@
+"""Every test starts in an empty scene with the extension installed from its zip, as a user would."""
+
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import bpy
+import pytest
+
+PACKAGE = "bl_ext.user_default.facewright"
+ROOT = Path(os.environ["FACEWRIGHT_ROOT"])
+
+
+def pytest_sessionstart() -> None:
+    resources = Path(os.environ["BLENDER_USER_RESOURCES"])
+    shutil.rmtree(resources / "extensions", ignore_errors=True)
+    result = bpy.ops.extensions.package_install_files(
+        filepath=os.environ["FACEWRIGHT_ZIP"], repo="user_default", enable_on_install=True, overwrite=True
+    )
+    assert result == {"FINISHED"}
+
+
+@pytest.fixture(autouse=True)
+def empty_scene() -> Iterator[None]:
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=False)
+    yield
+
+
+@pytest.fixture
+def addon() -> ModuleType:
+    import importlib
+
+    return importlib.import_module(PACKAGE)
+
+
+@pytest.fixture
+def scene_head() -> ModuleType:
+    import importlib
+
+    return importlib.import_module(f"{PACKAGE}.scene.head")
+
+
+@pytest.fixture
+def engine() -> ModuleType:
+    import importlib
+
+    return importlib.import_module(f"{PACKAGE}.engine")
+
+
+@pytest.fixture
+def generic_face(scene_head: ModuleType, engine: ModuleType) -> bpy.types.Object:
+    """The generic head in the scene."""
+    return scene_head.place(bpy.context.scene, engine.generic_head())
+
+
+def snapshot() -> dict[str, int]:
+    """How much of each kind of data there is: what a failed or cancelled operator must not change."""
+    return {
+        name: len(getattr(bpy.data, name))
+        for name in ("objects", "meshes", "images", "materials", "scenes", "shape_keys", "actions", "movieclips")
+    }

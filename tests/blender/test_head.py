@@ -1,0 +1,107 @@
+"""The head as objects: parts, keys, drivers, keyframes, a second run."""
+
+from types import ModuleType
+
+import bpy
+import numpy as np
+import pytest
+
+PARTS = {"skin", "eye_left", "eye_right", "teeth_upper", "teeth_lower", "tongue", "lashes"}
+
+
+def evaluated(obj: bpy.types.Object) -> np.ndarray:
+    """(n, 3) world vertices with all keys applied."""
+    bpy.context.view_layer.update()
+    mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    positions = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("co", positions)
+    return positions.reshape(-1, 3)
+
+
+def test_parts_keys_and_attributes_are_there(generic_face: bpy.types.Object, scene_head: ModuleType) -> None:
+    objects = scene_head.part_objects(bpy.context.scene)
+    assert set(objects) == PARTS
+    assert all(o.parent is generic_face for name, o in objects.items() if name != "skin")
+    names = [block.name for block in generic_face.data.shape_keys.key_blocks]
+    assert len(names) == 1 + 52 + 15
+    assert {"jawOpen", "eyeBlinkLeft", "tongueOut", "viseme_sil", "viseme_U"} <= set(names)
+    assert all(len(p.vertices) == 4 for p in generic_face.data.polygons), "quads"
+    assert generic_face.data.attributes["generic_position"].data_type == "FLOAT_VECTOR"
+    assert generic_face.data.uv_layers["UVMap"] is not None
+
+
+def test_the_face_looks_along_minus_y_and_is_of_human_size(generic_face: bpy.types.Object) -> None:
+    positions = evaluated(generic_face)
+    nose = positions[positions[:, 1].argmin()]
+    assert abs(nose[0]) < 0.005 and -0.08 < nose[2] < 0.02
+    height = np.ptp(positions[:, 2])
+    assert 0.25 < height < 0.45
+
+
+def test_a_key_of_the_face_moves_the_other_parts(generic_face: bpy.types.Object, scene_head: ModuleType) -> None:
+    teeth = scene_head.part_objects(bpy.context.scene)["teeth_lower"]
+    before = evaluated(teeth)
+    generic_face.data.shape_keys.key_blocks["jawOpen"].value = 1.0
+    assert (evaluated(teeth) - before)[:, 2].mean() < -0.004
+
+
+@pytest.mark.parametrize("side", ["Left", "Right"])
+def test_blinking_brings_the_lids_together(generic_face: bpy.types.Object, side: str) -> None:
+    sign = 1 if side == "Left" else -1
+    rest = evaluated(generic_face)
+    generic_face.data.shape_keys.key_blocks[f"eyeBlink{side}"].value = 1.0
+    moved = evaluated(generic_face) - rest
+    lids = moved[(rest[:, 0] * sign > 0.015) & (rest[:, 1] < 0)]
+    assert lids[:, 2].min() < -0.004, "the upper lid comes down"
+    other = moved[rest[:, 0] * sign < -0.005]
+    assert np.abs(other).max() < 1e-4, "the other eye stays open"
+
+
+def test_keys_can_be_keyframed_and_play_back(generic_face: bpy.types.Object) -> None:
+    block = generic_face.data.shape_keys.key_blocks["jawOpen"]
+    for frame, value in ((1, 0.0), (11, 1.0)):
+        block.value = value
+        assert block.keyframe_insert("value", frame=frame)
+    action = generic_face.data.shape_keys.animation_data.action
+    assert action is not None
+    if bpy.app.version >= (4, 4, 0):
+        assert generic_face.data.shape_keys.animation_data.action_slot is not None
+    bpy.context.scene.frame_set(6)
+    assert block.value == pytest.approx(0.5, abs=0.05)
+    chin_down = evaluated(generic_face)
+    bpy.context.scene.frame_set(1)
+    assert (evaluated(generic_face) - chin_down)[:, 2].max() > 0.003
+
+
+def test_an_expression_sets_its_keys_and_neutral_clears_them(generic_face: bpy.types.Object) -> None:
+    blocks = generic_face.data.shape_keys.key_blocks
+    assert bpy.ops.facewright.expression(name="happiness") == {"FINISHED"}
+    assert blocks["mouthSmileLeft"].value > 0.5
+    assert bpy.ops.facewright.expression(name="neutral") == {"FINISHED"}
+    assert all(block.value == 0.0 for block in list(blocks)[1:])
+
+
+def test_auto_keying_inserts_keyframes(generic_face: bpy.types.Object) -> None:
+    bpy.context.scene.tool_settings.use_keyframe_insert_auto = True
+    bpy.ops.facewright.expression(name="surprise")
+    assert generic_face.data.shape_keys.animation_data.action is not None
+
+
+def test_a_second_run_updates_the_same_objects_and_keeps_animation(
+    generic_face: bpy.types.Object, scene_head: ModuleType, engine: ModuleType
+) -> None:
+    block = generic_face.data.shape_keys.key_blocks["jawOpen"]
+    block.value = 0.7
+    block.keyframe_insert("value", frame=5)
+    generic_face.location.x = 0.5
+    count = len(bpy.data.objects)
+    again = scene_head.place(bpy.context.scene, engine.generic_head())
+    assert again is generic_face and len(bpy.data.objects) == count
+    assert generic_face.location.x == 0.5
+    assert block.value == pytest.approx(0.7)
+    assert generic_face.data.shape_keys.animation_data.action is not None
+
+
+def test_images_are_packed_into_the_file(generic_face: bpy.types.Object) -> None:
+    for name in ("Face skin", "Face eyes"):
+        assert bpy.data.images[name].packed_file is not None

@@ -1,0 +1,263 @@
+//! Input that cannot work: the program says what is wrong and what to do, exits with 1 (2 for usage) and writes nothing.
+
+use end_to_end::{assets, clip, program};
+use image::{DynamicImage, GenericImage, RgbImage};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+/// A folder of its own for a case: inputs go into `in`, results would go into `out`.
+struct Case {
+    folder: TempDir,
+}
+
+impl Case {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("in")).unwrap();
+        Self { folder }
+    }
+
+    fn input(&self, name: &str) -> PathBuf {
+        self.folder.path().join("in").join(name)
+    }
+
+    fn output(&self) -> PathBuf {
+        self.folder.path().join("out")
+    }
+
+    fn program(&self) -> Command {
+        let mut command = Command::new(program().unwrap());
+        command.args(["--quiet", "--assets"]).arg(assets().unwrap());
+        command
+    }
+
+    fn reconstruct(&self, frames: &[PathBuf], more: &[&str]) -> Output {
+        let mut command = self.program();
+        command.arg("reconstruct").args(frames).arg("-o").arg(self.output());
+        command.args(["--texture-size", "64"]).args(more).output().unwrap()
+    }
+
+    /// The command failed with exit code 1 and these words, and left no file beyond the input.
+    fn refuses(&self, output: &Output, words: &[&str]) {
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.starts_with("facewright: ") && said.trim_end().lines().count() == 1, "not one sentence: {said}");
+        for word in words {
+            assert!(said.contains(word), "no “{word}” in: {said}");
+        }
+        assert!(output.stdout.is_empty());
+        let left: Vec<_> = std::fs::read_dir(self.folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+        assert_eq!(left, ["in"]);
+    }
+}
+
+fn frame(i: usize) -> PathBuf {
+    clip().join(format!("frames/frame_{i:02}.jpg"))
+}
+
+fn picture(path: &Path) -> RgbImage {
+    image::open(path).unwrap().into_rgb8()
+}
+
+#[test]
+fn a_film_without_a_face() {
+    let case = Case::new();
+    let frames = ["a.jpg", "b.jpg", "c.jpg"].map(|name| case.input(name));
+    for path in &frames {
+        std::fs::copy(clip().join("no_face.jpg"), path).unwrap();
+    }
+    case.refuses(
+        &case.reconstruct(&frames, &[]),
+        &["no face was found in any of the 3 frames", "is the head in the picture"],
+    );
+}
+
+#[test]
+fn one_frame_only() {
+    let case = Case::new();
+    case.refuses(&case.reconstruct(&[frame(10)], &[]), &["only one frame", "turns to both sides"]);
+}
+
+#[test]
+fn a_head_that_does_not_turn() {
+    let case = Case::new();
+    let frames = ["a.jpg", "b.jpg", "c.jpg", "d.jpg"].map(|name| case.input(name));
+    for path in &frames {
+        std::fs::copy(frame(10), path).unwrap();
+    }
+    case.refuses(&case.reconstruct(&frames, &[]), &["the head turns by 0° only", "15° to each side"]);
+}
+
+#[test]
+fn several_faces_follow_the_largest_with_a_warning() {
+    let case = Case::new();
+    for i in (0..21).step_by(2) {
+        let one = picture(&frame(i));
+        let (width, height) = one.dimensions();
+        let mut both = RgbImage::from_pixel(width + width / 2, height, image::Rgb([120, 120, 115]));
+        let other = image::imageops::resize(
+            &picture(&frame(10)),
+            width * 3 / 5,
+            height * 3 / 5,
+            image::imageops::FilterType::Triangle,
+        );
+        both.copy_from(&image::imageops::crop_imm(&other, 0, 0, width / 2, height * 3 / 5).to_image(), width, 0)
+            .unwrap();
+        both.copy_from(&one, 0, 0).unwrap();
+        both.save(case.input(&format!("{i:02}.png"))).unwrap();
+    }
+    let output = case.reconstruct(&[case.input("")], &[]);
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(said.contains("show several faces: the largest one was followed"), "{said}");
+    assert!(case.output().join("head.glb").is_file());
+}
+
+#[test]
+fn a_board_of_another_size() {
+    let case = Case::new();
+    let mut command = case.program();
+    command.arg("calibrate").arg(clip().join("board")).args(["--inner", "7x5", "-o"]).arg(case.output());
+    case.refuses(&command.output().unwrap(), &["the board was found in 0 of 8 pictures", "9x6", "7x5"]);
+}
+
+#[test]
+fn pictures_without_a_board() {
+    let case = Case::new();
+    let mut command = case.program();
+    command.arg("calibrate").arg(clip().join("frames")).arg("-o").arg(case.output());
+    case.refuses(&command.output().unwrap(), &["the board was found in 0 of 21 pictures"]);
+}
+
+#[test]
+fn frames_of_mixed_sizes() {
+    let case = Case::new();
+    let small = case.input("small.png");
+    RgbImage::new(320, 240).save(&small).unwrap();
+    case.refuses(
+        &case.reconstruct(&[frame(0), small], &[]),
+        &["small is 320x240", "400x300", "one camera at one size"],
+    );
+}
+
+#[test]
+fn a_truncated_picture_is_named() {
+    let case = Case::new();
+    let cut = case.input("cut.png");
+    picture(&frame(10)).save(&cut).unwrap();
+    let bytes = std::fs::read(&cut).unwrap();
+    std::fs::write(&cut, &bytes[..bytes.len() / 2]).unwrap();
+    case.refuses(&case.reconstruct(&[frame(0), cut, frame(20)], &[]), &["cut.png cannot be read"]);
+}
+
+#[test]
+fn no_pictures_at_all() {
+    let case = Case::new();
+    case.refuses(&case.reconstruct(&[case.input("")], &[]), &["no pictures in", "a folder of images"]);
+}
+
+#[test]
+fn a_missing_file_is_named() {
+    let case = Case::new();
+    case.refuses(&case.reconstruct(&[frame(0), case.input("gone.jpg")], &[]), &["gone.jpg cannot be read"]);
+}
+
+#[test]
+fn deep_grey_and_transparent_pictures_are_accepted() {
+    let case = Case::new();
+    for i in (0..21).step_by(2) {
+        let colour = DynamicImage::from(picture(&frame(i)));
+        let other = match i % 6 {
+            0 => DynamicImage::from(colour.to_rgb16()),
+            2 => DynamicImage::from(colour.to_luma8()),
+            _ => DynamicImage::from(colour.to_rgba8()),
+        };
+        other.save(case.input(&format!("{i:02}.png"))).unwrap();
+    }
+    let output = case.reconstruct(&[case.input("")], &[]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(case.output().join("report.json").is_file());
+}
+
+#[test]
+fn the_camera_of_another_size() {
+    let case = Case::new();
+    let camera = case.input("camera.json");
+    std::fs::write(&camera, r#"{"width":640,"height":480,"fx":800,"fy":800,"cx":320,"cy":240}"#).unwrap();
+    let output = case.reconstruct(&[frame(0), frame(20)], &["--camera", &camera.display().to_string()]);
+    case.refuses(&output, &["calibrated at 640x480 but the frames are 400x300", "calibrate at the size"]);
+}
+
+#[test]
+fn a_camera_that_no_camera_is() {
+    let case = Case::new();
+    let camera = case.input("camera.json");
+    let argument = camera.display().to_string();
+    std::fs::write(&camera, r#"{"width":400,"height":300,"fx":-1,"fy":520,"cx":200,"cy":150}"#).unwrap();
+    case.refuses(&case.reconstruct(&[frame(0), frame(20)], &["--camera", &argument]), &["which no camera has"]);
+    std::fs::write(&camera, "no JSON").unwrap();
+    case.refuses(&case.reconstruct(&[frame(0), frame(20)], &["--camera", &argument]), &["camera.json cannot be read"]);
+}
+
+#[test]
+fn an_output_folder_that_is_a_file_keeps_its_bytes() {
+    let case = Case::new();
+    let file = case.input("file");
+    std::fs::write(&file, "mine").unwrap();
+    let mut command = case.program();
+    command.arg("calibrate").arg(clip().join("board")).arg("-o").arg(file.join("camera.json"));
+    case.refuses(&command.output().unwrap(), &["cannot be written", "Nothing was changed"]);
+    let mut command = case.program();
+    command.arg("reconstruct").arg(clip().join("frames")).args(["--texture-size", "64", "-o"]).arg(&file);
+    case.refuses(&command.output().unwrap(), &["cannot be written", "Nothing was changed"]);
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), "mine");
+    assert_eq!(std::fs::read_dir(case.input("")).unwrap().count(), 1);
+}
+
+#[test]
+fn a_folder_that_is_no_result() {
+    let case = Case::new();
+    let mut command = case.program();
+    command.arg("overlay").arg(case.input("")).arg(clip().join("frames")).arg("-o").arg(case.output());
+    case.refuses(&command.output().unwrap(), &["holds no result of `facewright reconstruct`", "report.json"]);
+}
+
+#[test]
+fn missing_assets() {
+    let case = Case::new();
+    let mut command = Command::new(program().unwrap());
+    command.arg("--quiet").arg("--assets").arg(case.input("")).arg("reconstruct").arg(clip().join("frames"));
+    let output = command.arg("-o").arg(case.output()).output().unwrap();
+    case.refuses(&output, &["generic_head.safetensors.gz is missing", "FACEWRIGHT_ASSETS"]);
+}
+
+#[test]
+fn a_video_without_ffmpeg() {
+    let case = Case::new();
+    let video = case.input("film.mp4");
+    std::fs::write(&video, "not looked at").unwrap();
+    let mut command = case.program();
+    command.env("PATH", case.input("")).arg("reconstruct").arg(&video).arg("-o").arg(case.output());
+    case.refuses(&command.output().unwrap(), &["film.mp4 is a video", "install ffmpeg"]);
+}
+
+#[test]
+fn options_out_of_range() {
+    let case = Case::new();
+    let frames = [frame(0), frame(20)];
+    case.refuses(&case.reconstruct(&frames, &["--interocular-mm", "630"]), &["40 to 90 mm"]);
+    let mut command = case.program();
+    command.arg("reconstruct").args(&frames).args(["--texture-size", "7", "-o"]).arg(case.output());
+    case.refuses(&command.output().unwrap(), &["64 to 8192 pixels"]);
+}
+
+#[test]
+fn wrong_usage_exits_with_2() {
+    let case = Case::new();
+    for arguments in [&["reconstruct"][..], &["calibrate", "x.png", "--inner", "9by6"], &["nonsense"]] {
+        let output = case.program().args(arguments).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(output.stdout.is_empty() && !output.stderr.is_empty());
+    }
+}

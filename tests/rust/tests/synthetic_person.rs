@@ -1,0 +1,205 @@
+//! The film of `blend_fixtures/synthetic_person.blend`, measured against its truth.
+
+use end_to_end::{assets, clip};
+use facewright::head::surface::SkinSurface;
+use facewright::{
+    Assets, CalibrateOptions, FrameSet, ReconstructOptions, Reconstruction, Report, SourcedCamera, calibrate,
+    reconstruct,
+};
+use geometry::{Progress, Similarity, Transform, Vec3, mesh};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+/// Vertices this near the tip of the nose are face, metres.
+const FACE_RADIUS: f64 = 0.095;
+
+/// The film's truth.
+struct Truth {
+    fx: f64,
+    poses: BTreeMap<String, Transform>,
+    nose_tip: Vec3,
+    skin: Vec<Vec3>,
+}
+
+/// Everything the tests look at: made once.
+struct Film {
+    assets: Assets,
+    truth: Truth,
+    camera: SourcedCamera,
+    on_one_thread: Reconstruction,
+    on_two_threads: Reconstruction,
+}
+
+static FILM: LazyLock<Film> = LazyLock::new(|| {
+    let assets = Assets::load(&assets().unwrap()).unwrap();
+    let camera = camera_from_boards();
+    let [on_one_thread, on_two_threads] = [1, 2].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| run(&assets, camera))
+    });
+    Film { assets, truth: read_truth(), camera, on_one_thread, on_two_threads }
+});
+
+fn run(assets: &Assets, camera: SourcedCamera) -> Reconstruction {
+    let progress = Progress::new();
+    let frames = FrameSet::open(&[clip().join("frames")], &progress).unwrap();
+    let options = ReconstructOptions { camera: Some(camera), texture_size: 512, ..ReconstructOptions::default() };
+    reconstruct(&frames, assets, &options, &progress).unwrap()
+}
+
+fn camera_from_boards() -> SourcedCamera {
+    let boards = FrameSet::open(&[clip().join("board")], &Progress::new()).unwrap();
+    calibrate(&boards, &CalibrateOptions::default(), &Progress::new()).unwrap().camera
+}
+
+fn read_truth() -> Truth {
+    let text = std::fs::read_to_string(clip().join("truth.json")).unwrap();
+    let value: Value = serde_json::from_str(&text).unwrap();
+    let pose = |frame: &Value| {
+        let name = frame["name"].as_str().unwrap().to_owned();
+        (name, serde_json::from_value(frame["cam_from_head"].clone()).unwrap())
+    };
+    let tip: [f64; 3] = serde_json::from_value(value["nose_tip"].clone()).unwrap();
+    Truth {
+        fx: value["camera"]["fx"].as_f64().unwrap(),
+        poses: value["frames"].as_array().unwrap().iter().map(pose).collect(),
+        nose_tip: tip.into(),
+        skin: read_ply_vertices(&std::fs::read(clip().join("head.ply")).unwrap()),
+    }
+}
+
+/// Vertices of a binary PLY whose vertices are three float32 and come first.
+fn read_ply_vertices(bytes: &[u8]) -> Vec<Vec3> {
+    let end = b"end_header\n";
+    let body = bytes.windows(end.len()).position(|w| w == end).unwrap() + end.len();
+    let header = std::str::from_utf8(&bytes[..body]).unwrap();
+    let count: usize = header.lines().find_map(|l| l.strip_prefix("element vertex ")).unwrap().parse().unwrap();
+    let number = |b: &[u8]| f64::from(f32::from_le_bytes(b.try_into().unwrap()));
+    let vertex = |b: &[u8]| Vec3::new(number(&b[0..4]), number(&b[4..8]), number(&b[8..12]));
+    bytes[body..].chunks_exact(12).take(count).map(vertex).collect()
+}
+
+/// Poses of the result and the truth, frame by frame.
+fn poses(film: &Film) -> Vec<(Transform, Transform)> {
+    let frames = film.on_one_thread.report.frames.iter();
+    frames.filter_map(|f| Some((f.cam_from_head?, film.truth.poses[&f.name]))).collect()
+}
+
+/// The similarity from the result's head frame to the truth's that the camera poses give; no surface is looked at.
+fn truth_from_result(poses: &[(Transform, Transform)]) -> Similarity {
+    let n = poses.len() as f64;
+    let turn = poses.iter().map(|(p, t)| (t.rotation.inverse() * p.rotation).into_inner());
+    let rotation =
+        Transform::from_matrix(&turn.fold(geometry::Mat3::zeros(), |sum, r| sum + r), Vec3::zeros()).rotation;
+    // A point x is seen alike when s (P x + p) = T (s Q x + q) + t, so that s T'p - q = T't in every frame.
+    let pairs: Vec<(Vec3, Vec3)> = poses
+        .iter()
+        .map(|(p, t)| (t.rotation.inverse() * p.translation, t.rotation.inverse() * t.translation))
+        .collect();
+    let mean = pairs.iter().fold((Vec3::zeros(), Vec3::zeros()), |sum, (a, b)| (sum.0 + a / n, sum.1 + b / n));
+    let cross: f64 = pairs.iter().map(|(a, b)| (a - mean.0).dot(&(b - mean.1))).sum();
+    let spread: f64 = pairs.iter().map(|(a, _)| (a - mean.0).norm_squared()).sum();
+    let scale = cross / spread;
+    Similarity { scale, rigid: Transform::new(rotation, mean.0 * scale - mean.1) }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// Distances of the truth's face vertices from the result's surface, metres.
+fn surface_distances(film: &Film) -> Vec<f64> {
+    let head = &film.assets.head;
+    let to_truth = truth_from_result(&poses(film));
+    let placed: Vec<Vec3> = film.on_one_thread.positions.iter().map(|p| to_truth.apply(p)).collect();
+    let surface = SkinSurface::new(head, &placed);
+    let skin = &film.truth.skin;
+    let normals = mesh::vertex_normals(skin, &head.triangles(head.skin()));
+    let is_face =
+        |i: &usize| (skin[*i] - film.truth.nose_tip).norm() < FACE_RADIUS && normals[*i].z > 0.0 && !head.cavity[*i];
+    let distance = |i: usize| surface.closest(&skin[i], 0.02).map_or(0.02, |foot| (foot.position - skin[i]).norm());
+    (0..skin.len()).filter(is_face).map(distance).collect()
+}
+
+#[test]
+fn boards_give_the_focal_length_to_half_a_percent() {
+    let found = camera_from_boards().camera.fx;
+    let truth = read_truth().fx;
+    assert!((found / truth - 1.0).abs() < 0.005, "{found} instead of {truth}");
+}
+
+#[test]
+fn every_frame_has_a_pose_good_to_a_degree() {
+    let film = &*FILM;
+    let poses = poses(film);
+    assert_eq!(poses.len(), film.truth.poses.len());
+    let rotation = truth_from_result(&poses).rigid;
+    let error = |(found, truth): &(Transform, Transform)| found.angle_to(&(*truth * rotation)).to_degrees();
+    let errors: Vec<f64> = poses.iter().map(error).collect();
+    let worst = errors.iter().copied().fold(0.0, f64::max);
+    println!("pose error: median {:.2}°, worst {worst:.2}°", median(errors));
+    assert!(worst <= 1.0, "{worst:.2}°");
+}
+
+#[test]
+fn the_face_lies_within_a_millimetre_of_the_truth() {
+    let distances = surface_distances(&FILM);
+    let median = 1000.0 * median(distances);
+    println!("surface: median {median:.2} mm, scale {:.3}", truth_from_result(&poses(&FILM)).scale);
+    assert!(median <= 1.0, "{median:.2} mm");
+}
+
+#[test]
+fn the_same_bytes_come_from_one_thread_and_from_two() {
+    let (one, two) = (&FILM.on_one_thread, &FILM.on_two_threads);
+    let untimed = |r: &Reconstruction| Report { timings_s: BTreeMap::new(), ..r.report.clone() };
+    assert_eq!(untimed(one), untimed(two));
+    assert!(one.glb().unwrap() == two.glb().unwrap(), "head.glb differs");
+    assert!(one.texture == two.texture && one.eyes == two.eyes, "the textures differ");
+}
+
+#[test]
+fn the_calibrated_camera_stays_as_it_is() {
+    assert_eq!(FILM.on_one_thread.report.camera, FILM.camera);
+}
+
+#[test]
+fn the_glb_has_every_key_by_name() {
+    let glb = gltf::Gltf::from_slice(&FILM.on_one_thread.glb().unwrap()).unwrap();
+    let node = glb.nodes().find(|n| n.name() == Some("skin")).unwrap();
+    let skin = node.mesh().unwrap();
+    let extras: Value = serde_json::from_str(skin.extras().as_ref().unwrap().get()).unwrap();
+    let names: Vec<&str> = extras["targetNames"].as_array().unwrap().iter().map(|n| n.as_str().unwrap()).collect();
+    let expected: Vec<&str> = FILM.on_one_thread.keys.iter().map(|k| k.name.as_str()).collect();
+    assert_eq!((names.len(), &names), (67, &expected));
+    assert_eq!(skin.primitives().next().unwrap().morph_targets().len(), 67);
+    for name in ["eyeBlinkLeft", "jawOpen", "tongueOut", "viseme_sil", "viseme_U"] {
+        assert!(names.contains(&name), "{name}");
+    }
+}
+
+/// The widest gap of contact pairs with a key at 1, metres.
+fn gap(positions: &[Vec3], keys: &[facewright::head::Key], key: Option<&str>, pairs: &[[u32; 2]]) -> f64 {
+    let mut moved = positions.to_vec();
+    for (vertex, offset) in keys.iter().filter(|k| Some(k.name.as_str()) == key).flat_map(|k| &k.offsets) {
+        moved[*vertex as usize] += offset;
+    }
+    pairs.iter().map(|&[a, b]| (moved[a as usize] - moved[b as usize]).norm()).fold(0.0, f64::max)
+}
+
+#[test]
+fn lids_close_and_lips_rest_closed_as_on_the_generic_head() {
+    let (generic, person) = (&FILM.assets.head, &FILM.on_one_thread);
+    let cases = [
+        (Some("eyeBlinkLeft"), &generic.lid_contacts[0]),
+        (Some("eyeBlinkRight"), &generic.lid_contacts[1]),
+        (None, &generic.lip_contacts),
+    ];
+    for (key, pairs) in cases {
+        let usual = gap(&generic.positions, &generic.keys, key, pairs);
+        let here = gap(&person.positions, &person.keys, key, pairs);
+        assert!(here <= usual + 0.0003, "{key:?}: {:.2} mm, {:.2} mm on the generic head", 1e3 * here, 1e3 * usual);
+    }
+}
