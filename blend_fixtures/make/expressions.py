@@ -1,4 +1,4 @@
-"""expressions.blend: the generic head with keyframed expressions; expressions.toml: each key's value at each keyframe."""
+"""expressions.blend: the generic head with keyframed expressions; expressions.toml: key values at keyframes."""
 
 import sys
 from pathlib import Path

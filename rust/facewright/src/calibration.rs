@@ -3,7 +3,7 @@
 use crate::{CameraSource, FacewrightError, FrameSet, SourcedCamera};
 use geometry::{Progress, Vec2};
 use image::imageops;
-use motion::calibrate::{CameraDeviations, Calibration};
+use motion::calibrate::{Calibration, CameraDeviations};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -7,7 +7,10 @@ use geometry::Camera;
 const USUAL_FOCAL: f64 = 0.85;
 
 /// The camera of a clip: the calibrated one if it fits the frames, otherwise EXIF's focal length or the usual one.
-pub fn starting_camera(frames: &FrameSet, calibrated: Option<&SourcedCamera>) -> Result<SourcedCamera, FacewrightError> {
+pub fn starting_camera(
+    frames: &FrameSet,
+    calibrated: Option<&SourcedCamera>,
+) -> Result<SourcedCamera, FacewrightError> {
     let (width, height) = (frames.width, frames.height);
     if let Some(known) = calibrated {
         known.camera.validate()?;

@@ -125,9 +125,8 @@ fn candidates(head: &GenericHead, observations: &[Observation], fit: &LandmarkFi
     let (expressions, blinks) = (indices(&EXPRESSIONS), indices(&["eyeBlink"]));
     let fitted = || fit.frames.iter().flatten();
     let usual: Vec<f64> = (0..head.keys.len()).map(|k| median(fitted().map(|f| f.expression[k]))).collect();
-    let strongest = |expression: &[f64], keys: &[usize]| {
-        keys.iter().map(|&k| (expression[k] - usual[k]).abs()).fold(0.0, f64::max)
-    };
+    let strongest =
+        |expression: &[f64], keys: &[usize]| keys.iter().map(|&k| (expression[k] - usual[k]).abs()).fold(0.0, f64::max);
     let candidate = |(observed, fitted): (&Observation, &Option<head::fit::FittedFrame>)| {
         let fitted = fitted.as_ref()?;
         Some(Candidate {

@@ -28,7 +28,9 @@ pub enum FacewrightError {
         input: String,
     },
     /// Pictures of different sizes.
-    #[error("{name} is {width}x{height} but the frames before it are {first_width}x{first_height}: all frames must come from one camera at one size")]
+    #[error(
+        "{name} is {width}x{height} but the frames before it are {first_width}x{first_height}: all frames must come from one camera at one size"
+    )]
     MixedSizes {
         /// The odd one.
         name: String,
@@ -57,7 +59,9 @@ pub enum FacewrightError {
         frames: usize,
     },
     /// Too few frames are usable.
-    #[error("only {usable} of {frames} frames can be used ({reasons}): film the face sharp, uncovered and with a quiet expression")]
+    #[error(
+        "only {usable} of {frames} frames can be used ({reasons}): film the face sharp, uncovered and with a quiet expression"
+    )]
     TooFewUsable {
         /// Usable frames.
         usable: usize,
@@ -73,7 +77,9 @@ pub enum FacewrightError {
         degrees: f64,
     },
     /// The camera belongs to other pictures.
-    #[error("the camera was calibrated at {camera_width}x{camera_height} but the frames are {width}x{height}: calibrate at the size and orientation in which you film")]
+    #[error(
+        "the camera was calibrated at {camera_width}x{camera_height} but the frames are {width}x{height}: calibrate at the size and orientation in which you film"
+    )]
     OtherCamera {
         /// Width in camera.json.
         camera_width: u32,
@@ -111,7 +117,9 @@ pub enum FacewrightError {
         reason: String,
     },
     /// The generic head or the nets are missing.
-    #[error("{path} is missing: run `cargo x head`, or point FACEWRIGHT_ASSETS to the folder that holds generic_head.safetensors.gz and nets/")]
+    #[error(
+        "{path} is missing: run `cargo x head`, or point FACEWRIGHT_ASSETS to the folder that holds generic_head.safetensors.gz and nets/"
+    )]
     NoAssets {
         /// What was looked for.
         path: PathBuf,

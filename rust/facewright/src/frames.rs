@@ -128,7 +128,8 @@ fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, FacewrightError> {
 }
 
 fn upright_size(path: &Path) -> Result<(u32, u32), FacewrightError> {
-    let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(|e| unreadable(path, &e))?;
+    let reader =
+        ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(|e| unreadable(path, &e))?;
     let mut decoder = reader.into_decoder().map_err(|e| unreadable(path, &e))?;
     let (width, height) = decoder.dimensions();
     use image::metadata::Orientation::{Rotate90, Rotate90FlipH, Rotate270, Rotate270FlipH};
@@ -202,7 +203,8 @@ mod tests {
 
     #[test]
     fn truncated_and_missing_files_are_named() {
-        let folder = folder_with(&[("a.png", RgbImage::from_fn(64, 64, |x, y| image::Rgb([x as u8, y as u8, 7])).into())]);
+        let folder =
+            folder_with(&[("a.png", RgbImage::from_fn(64, 64, |x, y| image::Rgb([x as u8, y as u8, 7])).into())]);
         let path = folder.path().join("a.png");
         let bytes = std::fs::read(&path).unwrap();
         std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();

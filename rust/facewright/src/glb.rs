@@ -175,10 +175,8 @@ impl Writer {
     /// A morph target over the split vertices: zeros, and the moved vertices as sparse values.
     fn target(&mut self, split: &Split, offsets: &[(u32, [f32; 3])]) -> json::mesh::MorphTarget {
         let moved: BTreeMap<u32, [f32; 3]> = offsets.iter().copied().filter(|(_, d)| *d != [0.0; 3]).collect();
-        let mut entries: Vec<(u32, [f32; 3])> = (0..)
-            .zip(&split.source)
-            .filter_map(|(new, old)| moved.get(old).map(|offset| (new, *offset)))
-            .collect();
+        let mut entries: Vec<(u32, [f32; 3])> =
+            (0..).zip(&split.source).filter_map(|(new, old)| moved.get(old).map(|offset| (new, *offset))).collect();
         if entries.is_empty() {
             // Readers want some data even where nothing moves.
             entries.push((0, [0.0; 3]));

@@ -40,7 +40,7 @@ pub use calibration::{CalibrateOptions, CalibratedCamera, calibrate};
 pub use error::FacewrightError;
 pub use frames::{Frame, FrameSet};
 pub use head;
-pub use matching::{MatchOptions, Matches, MatchedPair, match_pair};
+pub use matching::{MatchOptions, MatchedPair, Matches, match_pair};
 pub use overlay::overlay;
 pub use reconstruct::{ReconstructOptions, generic_head, reconstruct};
 pub use report::{CameraSource, FitReport, FrameReport, Method, Report, Scale, SourcedCamera, TextureReport};

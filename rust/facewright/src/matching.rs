@@ -121,7 +121,12 @@ impl Pair {
         let look = |i: usize| -> Result<_, FacewrightError> {
             let picture = frames.load(i)?;
             let face = assets.landmarker.find(&picture)?.ok_or(FacewrightError::NoFace { frames: 1 })?;
-            let mask = face_mask(&face, picture.width(), picture.height(), &MaskOptions { shrink: 0.04, ..MaskOptions::default() });
+            let mask = face_mask(
+                &face,
+                picture.width(),
+                picture.height(),
+                &MaskOptions { shrink: 0.04, ..MaskOptions::default() },
+            );
             Ok((Pyramid::new(&imageops::grayscale(&picture), 4), mask, observation(Some(&face))))
         };
         let ((pyramid_a, mask_a, seen_a), (pyramid_b, mask_b, seen_b)) = (look(0)?, look(1)?);

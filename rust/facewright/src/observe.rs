@@ -22,7 +22,11 @@ pub struct Observation {
 }
 
 /// Finds the face in every frame.
-pub fn observe(frames: &FrameSet, landmarker: &FaceLandmarker, progress: &Progress) -> Result<Vec<Observation>, FacewrightError> {
+pub fn observe(
+    frames: &FrameSet,
+    landmarker: &FaceLandmarker,
+    progress: &Progress,
+) -> Result<Vec<Observation>, FacewrightError> {
     progress.stage("landmarks")?;
     let done = AtomicUsize::new(0);
     let chunk = |start: usize| -> Result<Vec<Observation>, FacewrightError> {
@@ -87,7 +91,9 @@ mod tests {
 
     #[test]
     fn blur_lowers_the_sharpness_and_exposure_does_not() {
-        let pattern = |x: u32, y: u32| 60.0 + 50.0 * (f64::from(x) * 0.9).sin() * (f64::from(y) * 0.7).cos();
+        // A shape and its fine grain: blur takes the grain and leaves the shape.
+        let wave = |x: u32, y: u32, f: f64| (f64::from(x) * f).sin() * (f64::from(y) * 0.8 * f).cos();
+        let pattern = |x: u32, y: u32| 70.0 + 40.0 * wave(x, y, 0.1) + 20.0 * wave(x, y, 1.1);
         let sharp = GrayImage::from_fn(96, 96, |x, y| image::Luma([pattern(x, y) as u8]));
         let bright = GrayImage::from_fn(96, 96, |x, y| image::Luma([(pattern(x, y) * 1.6) as u8]));
         let blurred = imageops::blur(&sharp, 2.0);

@@ -71,10 +71,8 @@ impl Node {
 }
 
 fn read_nodes(path: &Path) -> Result<Vec<Node>, FacewrightError> {
-    let no_result = |reason: String| FacewrightError::NoResult {
-        path: path.parent().unwrap_or(Path::new(".")).to_owned(),
-        reason,
-    };
+    let no_result =
+        |reason: String| FacewrightError::NoResult { path: path.parent().unwrap_or(Path::new(".")).to_owned(), reason };
     let bytes = std::fs::read(path).map_err(|e| no_result(format!("head.glb: {e}")))?;
     let file = gltf::Gltf::from_slice(&bytes).map_err(|e| no_result(format!("head.glb: {e}")))?;
     let blob = file.blob.as_deref().ok_or_else(|| no_result("head.glb is empty".into()))?;

@@ -5,7 +5,7 @@
 //! affine + exp(−r/64); then more images, one after the other, are resected and refine the feature points.
 //!
 //! The paper marks the features of the general head by hand; here they are its landmark anchors, found in the frames by the
-//! landmark net. Matched corners determine the motion only.
+//! landmark net; they and the matched corners determine the motion.
 
 use crate::clip::{ChosenFrame, Clip};
 use crate::matching::{MatchOptions, paper_matches};
@@ -43,9 +43,9 @@ pub fn shape(
     let camera = camera.camera;
     let (a, b) = choose_pair(clip);
     let (first, second) = (&clip.chosen[a], &clip.chosen[b]);
-    let motion = two_frame_motion(first, second, &camera)?;
     let features = features(head);
     let rays = |chosen: &ChosenFrame| rays(clip, chosen, &camera);
+    let motion = two_frame_motion((first, second), &features, &[rays(first), rays(second)], &camera)?;
     let pair = [(Transform::identity(), rays(first)), (motion, rays(second))];
     let cloud = triangulate_features(&features, &pair);
     let head_from_a = align(head, &cloud)?;
@@ -87,12 +87,20 @@ fn choose_pair(clip: &Clip) -> (usize, usize) {
     pairs.min_by(|x, y| cost(x).total_cmp(&cost(y))).unwrap_or((0, 0))
 }
 
-fn two_frame_motion(a: &ChosenFrame, b: &ChosenFrame, camera: &Camera) -> Result<Transform, FacewrightError> {
+/// The motion between two frames, from matched corners and the feature points together.
+fn two_frame_motion(
+    (a, b): (&ChosenFrame, &ChosenFrame),
+    features: &[usize],
+    rays: &[Vec<Vec2>; 2],
+    camera: &Camera,
+) -> Result<Transform, FacewrightError> {
     let pyramids: [Pyramid; 2] = [a.pyramid.clone(), b.pyramid.clone()];
     let matches = paper_matches(&pyramids, &a.mask, &MatchOptions::default())?;
     let kept: Vec<_> = matches.iter().filter(|m| m.4 == 1).collect();
-    let in_a: Vec<Vec2> = kept.iter().map(|m| camera.normalise(&Vec2::new(m.0, m.1))).collect();
-    let in_b: Vec<Vec2> = kept.iter().map(|m| camera.normalise(&Vec2::new(m.2, m.3))).collect();
+    let mut in_a: Vec<Vec2> = kept.iter().map(|m| camera.normalise(&Vec2::new(m.0, m.1))).collect();
+    let mut in_b: Vec<Vec2> = kept.iter().map(|m| camera.normalise(&Vec2::new(m.2, m.3))).collect();
+    in_a.extend(features.iter().map(|&i| rays[0][i]));
+    in_b.extend(features.iter().map(|&i| rays[1][i]));
     Ok(two_view::paper(&in_a, &in_b)?.b_from_a)
 }
 
@@ -182,9 +190,8 @@ fn to_size(
     structure: Vec<Feature>,
     pupils: f64,
 ) -> (Vec<Vec3>, Vec<Transform>, Vec<Feature>) {
-    let centre = |part: &head::Part| {
-        positions[part.vertices.clone()].iter().sum::<Vec3>() / part.vertices.len().max(1) as f64
-    };
+    let centre =
+        |part: &head::Part| positions[part.vertices.clone()].iter().sum::<Vec3>() / part.vertices.len().max(1) as f64;
     let eyes: Vec<Vec3> = head.parts[1..3].iter().map(centre).collect();
     let scale = pupils / (eyes[0] - eyes[1]).norm().max(1e-6);
     let sized = Similarity { scale, rigid: Transform::identity() };

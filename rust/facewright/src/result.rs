@@ -56,7 +56,8 @@ impl Reconstruction {
             _ => 4,
         };
         let meshes: Vec<PartMesh> = self.parts.iter().map(|part| PartMesh::new(self, part)).collect();
-        let nodes: Vec<GlbNode> = self.parts.iter().zip(&meshes).map(|(p, m)| m.node(&p.name, material(&p.name))).collect();
+        let nodes: Vec<GlbNode> =
+            self.parts.iter().zip(&meshes).map(|(p, m)| m.node(&p.name, material(&p.name))).collect();
         write_glb(&nodes, &materials).map_err(|e| unwritable(Path::new("head.glb"), &e))
     }
 
@@ -78,7 +79,8 @@ impl Reconstruction {
 pub(crate) fn write_together(folder: &Path, files: &[(impl AsRef<Path>, Vec<u8>)]) -> Result<(), FacewrightError> {
     let parent = folder.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(parent).map_err(|e| unwritable(folder, &e))?;
-    let stage = tempfile::Builder::new().prefix(".facewright-").tempdir_in(parent).map_err(|e| unwritable(folder, &e))?;
+    let stage =
+        tempfile::Builder::new().prefix(".facewright-").tempdir_in(parent).map_err(|e| unwritable(folder, &e))?;
     for (name, bytes) in files {
         let path = stage.path().join(name);
         std::fs::write(&path, bytes).map_err(|e| unwritable(&folder.join(name), &e))?;

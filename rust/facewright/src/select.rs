@@ -63,8 +63,10 @@ pub fn select(candidates: &[Option<Candidate>], options: &SelectOptions) -> Vec<
     let known: Vec<&Candidate> = candidates.iter().flatten().collect();
     let sharpness = median(known.iter().map(|c| c.sharpness));
     let rms = median(known.iter().map(|c| c.rms_px));
-    let judged: Vec<Result<f64, String>> =
-        candidates.iter().map(|c| c.as_ref().map_or(Err("no face".into()), |c| judge(c, sharpness, rms, options))).collect();
+    let judged: Vec<Result<f64, String>> = candidates
+        .iter()
+        .map(|c| c.as_ref().map_or(Err("no face".into()), |c| judge(c, sharpness, rms, options)))
+        .collect();
     let mut order: Vec<usize> = (0..candidates.len()).filter(|&i| judged[i].is_ok()).collect();
     let quality = |i: usize| judged[i].as_ref().copied().unwrap_or(0.0);
     order.sort_by(|&a, &b| quality(b).total_cmp(&quality(a)).then(a.cmp(&b)));
@@ -82,8 +84,13 @@ pub fn select(candidates: &[Option<Candidate>], options: &SelectOptions) -> Vec<
         }
     }
     while chosen.len() > options.max_frames {
-        let nearest = |i: usize| chosen.iter().filter(|&&j| j != i).map(|&j| turn(i, j)).fold(f64::MAX, f64::min);
-        let crowded = chosen.iter().copied().min_by(|&a, &b| nearest(a).total_cmp(&nearest(b)).then(b.cmp(&a)));
+        // The two nearest together: the ends of the turn have neighbours on one side only, and stay.
+        let crowding = |i: usize| {
+            let mut turns: Vec<f64> = chosen.iter().filter(|&&j| j != i).map(|&j| turn(i, j)).collect();
+            turns.sort_by(f64::total_cmp);
+            turns.iter().take(2).sum::<f64>()
+        };
+        let crowded = chosen.iter().copied().min_by(|&a, &b| crowding(a).total_cmp(&crowding(b)).then(b.cmp(&a)));
         chosen.retain(|&i| Some(i) != crowded);
     }
     let verdict = |(i, judged): (usize, Result<f64, String>)| {

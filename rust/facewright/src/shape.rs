@@ -3,14 +3,15 @@
 use crate::clip::{Clip, head_size};
 use crate::select::median;
 use crate::solve::{SolveOptions, Structure, solve};
-use crate::unseen::replace_unseen;
 use crate::tracks::{FaceTrack, FollowOptions, TrackedFrame, follow};
-use crate::{FacewrightError, FitReport, SourcedCamera};
+use crate::unseen::replace_unseen;
+use crate::{CameraSource, FacewrightError, FitReport, SourcedCamera};
 use geometry::{Camera, Progress, Similarity, Transform, Vec3};
+use head::GenericHead;
 use head::deform::{DeformOptions, refine};
 use head::eyes::{EyeFit, EyeOptions, IrisObservation, carry_parts, fit_eyes, place_eyes};
 use head::fit::{CloudFrame, FitOptions, HeadFit, fit_cloud};
-use head::GenericHead;
+use head::lips::close_lips;
 use head::topology::IBUG68;
 use motion::triangulate::triangulate;
 
@@ -68,7 +69,10 @@ pub fn measure_shape(
     let mut known = Known {
         positions: clip.landmark_fit.positions.clone(),
         poses: clip.chosen.iter().map(|c| clip.pose(c)).collect(),
-        camera: clip.landmark_fit.camera,
+        camera: match camera.source {
+            CameraSource::Board => camera.camera,
+            CameraSource::Exif | CameraSource::Estimated => clip.landmark_fit.camera,
+        },
     };
     let options = FitOptions { size: head_size(interocular), ..FitOptions::default() };
     let solve_options = SolveOptions { focal_sigma: 0.5 * camera.source.focal_sigma(), ..SolveOptions::default() };
@@ -99,9 +103,8 @@ pub fn measure_shape(
     }
     let mut warnings = Vec::new();
     if last.is_none() {
-        warnings.push(
-            "the skin shows too little texture to be tracked: the shape rests on the landmarks alone".to_owned(),
-        );
+        warnings
+            .push("the skin shows too little texture to be tracked: the shape rests on the landmarks alone".to_owned());
     }
     let eyes = finish_eyes(head, clip, &mut known)?;
     let slips = last.as_ref().map_or(&clip.landmark_fit.slips, |m| &m.fit.slips);
@@ -144,11 +147,8 @@ fn track_clip(
         .map(|(c, pose)| TrackedFrame { pyramid: &c.pyramid, mask: &c.mask, cam_from_head: *pose })
         .collect();
     let skin = head.skin();
-    let visible: Vec<[u32; 3]> = head
-        .triangles(skin)
-        .into_iter()
-        .filter(|t| !t.iter().any(|&v| head.cavity[v as usize]))
-        .collect();
+    let visible: Vec<[u32; 3]> =
+        head.triangles(skin).into_iter().filter(|t| !t.iter().any(|&v| head.cavity[v as usize])).collect();
     follow(&frames, &known.camera, &known.positions, &visible, &FollowOptions::default(), progress)
 }
 
@@ -157,10 +157,11 @@ fn cloud_frames<'a>(clip: &'a Clip, structure: &Structure) -> Vec<CloudFrame<'a>
     chosen.map(|(c, pose)| CloudFrame { seen: &clip.seen[c.index], pose: *pose, index: c.index }).collect()
 }
 
-/// Fits the eyeballs to sockets and irises and takes lashes, teeth and tongue along.
+/// Closes the lips, fits the eyeballs to sockets and irises and takes lashes, teeth and tongue along.
 pub fn finish_eyes(head: &GenericHead, clip: &Clip, known: &mut Known) -> Result<[EyeFit; 2], FacewrightError> {
     let irises = [0, 1].map(|side| iris_in_head(clip, &known.poses, &known.camera, side));
     let positions = &mut known.positions;
+    close_lips(head, positions)?;
     carry_parts(head, positions)?;
     let eyes = fit_eyes(head, positions, &irises, &EyeOptions::default())?;
     place_eyes(head, positions, &eyes)?;

@@ -90,13 +90,8 @@ fn bake_skin(
         .flat_map(|uv| [[0, 1, 2].map(|k| corner(uv, k)), [0, 2, 3].map(|k| corner(uv, k))])
         .collect();
     let weight: Vec<f64> = head.cavity.iter().map(|&hidden| if hidden { 0.0 } else { 1.0 }).collect();
-    let surface = Surface {
-        positions,
-        triangles: &triangles,
-        uvs: &uvs,
-        weight: Some(&weight),
-        mirror: Some(&head.mirror),
-    };
+    let surface =
+        Surface { positions, triangles: &triangles, uvs: &uvs, weight: Some(&weight), mirror: Some(&head.mirror) };
     // Eyeballs stand before the sockets; teeth and tongue lie behind closed lips.
     let eyes: Vec<Vec<[u32; 3]>> =
         [part::EYE_LEFT, part::EYE_RIGHT].iter().filter_map(|n| head.part(n)).map(|p| head.triangles(p)).collect();

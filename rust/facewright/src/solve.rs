@@ -162,7 +162,8 @@ fn structure(problem: Bundle, agreement: f64) -> Structure {
     let (mut chi2, mut count) = (0.0, 0.0);
     for o in &problem.observations {
         let pose = &problem.poses[o.frame];
-        let Some((pixel, jacobian)) = problem.camera.project_with_jacobian(&pose.apply(&problem.points[o.point])) else {
+        let Some((pixel, jacobian)) = problem.camera.project_with_jacobian(&pose.apply(&problem.points[o.point]))
+        else {
             continue;
         };
         let by_point = jacobian.point * pose.rotation.matrix() / o.sigma_px;

@@ -95,7 +95,11 @@ pub fn follow(
         progress.step(done, references.len())?;
         let mut seeds = seeds(&frames[reference], reference, camera, &surface, options)?;
         let normals: Vec<Vec3> = seeds.iter().map(|s| surface.normal(&s.triangle, &s.weights)).collect();
-        let trackable = TrackOptions { window: patch_size(&frames[reference], camera, options), levels: 2, ..TrackOptions::default() };
+        let trackable = TrackOptions {
+            window: patch_size(&frames[reference], camera, options),
+            levels: 2,
+            ..TrackOptions::default()
+        };
         for (index, frame) in frames.iter().enumerate().filter(|&(i, _)| i != reference) {
             if frame.cam_from_head.angle_to(&frames[reference].cam_from_head).to_degrees() > options.max_turn_deg {
                 continue;

@@ -99,7 +99,12 @@ const COMMON_ERROR: f64 = 0.5;
 ///
 /// # Errors
 /// [`HeadError::Deform`] when fewer than four features are left or they do not span space.
-pub fn carry(head: &GenericHead, positions: &[Vec3], features: &[Feature], options: &DeformOptions) -> Result<Carried, HeadError> {
+pub fn carry(
+    head: &GenericHead,
+    positions: &[Vec3],
+    features: &[Feature],
+    options: &DeformOptions,
+) -> Result<Carried, HeadError> {
     let places: Vec<Vec3> = features.iter().map(|f| f.place(positions)).collect();
     let moves: Vec<Vec3> = features.iter().zip(&places).map(|(f, p)| f.target - p).collect();
     let outliers = outliers(&places, &moves, features, options.outlier_limit);
@@ -127,8 +132,14 @@ pub fn carry(head: &GenericHead, positions: &[Vec3], features: &[Feature], optio
 ///
 /// # Errors
 /// As for [`carry`].
-pub fn refine(head: &GenericHead, fit: &HeadFit, cloud: &[CloudPoint], options: &DeformOptions) -> Result<Carried, HeadError> {
-    let slid = carry(head, &fit.positions, &slip_features(head, &fit.positions, &fit.slips, options.slip_sigma), options)?;
+pub fn refine(
+    head: &GenericHead,
+    fit: &HeadFit,
+    cloud: &[CloudPoint],
+    options: &DeformOptions,
+) -> Result<Carried, HeadError> {
+    let slid =
+        carry(head, &fit.positions, &slip_features(head, &fit.positions, &fit.slips, options.slip_sigma), options)?;
     let features = cloud_features(head, &slid.positions, cloud, &fit.head_from_cloud, options.reach);
     carry(head, &slid.positions, &features, options)
 }
@@ -262,4 +273,110 @@ fn resting(head: &GenericHead, positions: &[Vec3], places: &[Vec3], options: &De
         }
     }
     centres
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::testing::{chance, toy_head};
+
+    fn bend(p: &Vec3) -> Vec3 {
+        Vec3::new(0.002 * (30.0 * p.y).sin(), 0.001, 0.0025 * (25.0 * p.x).cos())
+    }
+
+    /// Features on the front, every `step`-th anchor, their targets bent, with noise.
+    fn features(head: &GenericHead, step: usize, noise: f64) -> Vec<Feature> {
+        let anchors = head.anchors.iter().step_by(step).enumerate();
+        let feature = |(i, a): (usize, &crate::Anchor)| {
+            let place = mesh::at_barycentric(&head.positions, &a.triangle, &a.weights);
+            let error = Vec3::from_fn(|k, _| 1.7 * noise * chance(7 * i as u64 + k as u64));
+            Feature {
+                triangle: a.triangle,
+                weights: a.weights,
+                target: place + bend(&place) + error,
+                sigma: noise.max(1e-6),
+            }
+        };
+        anchors.map(feature).collect()
+    }
+
+    /// Root mean square error of the moved anchors.
+    fn error(head: &GenericHead, moved: &[Vec3]) -> f64 {
+        let pairs = head.landmarks(&head.positions).into_iter().zip(head.landmarks(moved));
+        let squares: Vec<f64> = pairs.map(|(a, b)| (a + bend(&a) - b).norm_squared()).collect();
+        (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+    }
+
+    #[test]
+    fn skin_between_features_follows_them() {
+        let head = toy_head();
+        let carried = carry(&head, &head.positions, &features(&head, 3, 0.0), &DeformOptions::default()).unwrap();
+        assert!(error(&head, &carried.positions) < 2e-4, "{}", error(&head, &carried.positions));
+        assert!(carried.outliers.is_empty() && carried.folded == 0 && carried.smoothing == 1.0);
+    }
+
+    #[test]
+    fn noise_is_smoothed_and_outliers_are_left_out() {
+        let head = toy_head();
+        let mut noisy = features(&head, 1, 0.001);
+        for i in [30, 170, 300] {
+            noisy[i].target += Vec3::new(0.0, 0.015, 0.01);
+        }
+        let carried = carry(&head, &head.positions, &noisy, &DeformOptions::default()).unwrap();
+        assert!([30, 170, 300].iter().all(|i| carried.outliers.contains(i)) && carried.outliers.len() < 15);
+        let raw = (0..468).filter(|i| ![30, 170, 300].contains(i)).map(|i| {
+            let place = noisy[i].place(&head.positions);
+            (noisy[i].target - place - bend(&place)).norm_squared()
+        });
+        let raw = (raw.sum::<f64>() / 465.0).sqrt();
+        assert!(error(&head, &carried.positions) < 0.6 * raw, "{} {raw}", error(&head, &carried.positions));
+    }
+
+    #[test]
+    fn crossing_targets_do_not_fold_the_skin() {
+        let head = toy_head();
+        let mut crossing = features(&head, 2, 0.0005);
+        for (i, f) in crossing.iter_mut().enumerate() {
+            f.target += Vec3::x() * if i % 2 == 0 { 0.02 } else { -0.02 };
+        }
+        let options = DeformOptions { outlier_limit: 100.0, ..DeformOptions::default() };
+        let carried = carry(&head, &head.positions, &crossing, &options).unwrap();
+        assert!(carried.folded == 0 && carried.smoothing > 1.0, "{} {}", carried.folded, carried.smoothing);
+    }
+
+    #[test]
+    fn the_back_of_the_head_stays() {
+        let head = toy_head();
+        let carried = carry(&head, &head.positions, &features(&head, 2, 0.0005), &DeformOptions::default()).unwrap();
+        let back = head.skin().vertices.clone().filter(|&i| head.positions[i].z < -0.16);
+        let largest = back.map(|i| (carried.positions[i] - head.positions[i]).norm()).fold(0.0, f64::max);
+        assert!(largest < 0.003, "{largest}");
+    }
+
+    #[test]
+    fn paper_method_brings_the_generic_head_to_points_in_another_frame() {
+        let head = toy_head();
+        let rigid =
+            geometry::Transform::new(nalgebra::Rotation3::new(Vec3::new(0.0, 0.4, 0.1)), Vec3::new(0.1, 0.0, 0.3));
+        let there = Similarity { scale: 1.2, rigid };
+        let mut given = features(&head, 4, 0.0);
+        given.iter_mut().for_each(|f| f.target = there.apply(&f.target));
+        let carried = paper_deform(&head, &given, &DeformOptions::default()).unwrap();
+        let back: Vec<Vec3> = carried.positions.iter().map(|p| there.inverse().apply(p)).collect();
+        assert!(error(&head, &back) < 4e-4, "{}", error(&head, &back));
+        assert!(matches!(
+            paper_deform(&head, &given[..2], &DeformOptions::default()),
+            Err(HeadError::Deform { features: 2 })
+        ));
+    }
+
+    #[test]
+    fn too_few_features_are_refused() {
+        let head = toy_head();
+        let three = &features(&head, 100, 0.0)[..3];
+        assert!(matches!(
+            carry(&head, &head.positions, three, &DeformOptions::default()),
+            Err(HeadError::Deform { .. })
+        ));
+    }
 }

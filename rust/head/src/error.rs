@@ -10,7 +10,9 @@ pub enum HeadError {
         reason: String,
     },
     /// A frame's landmarks are not those of the generic head.
-    #[error("frame {frame} has {found} landmarks where the head has {wanted}: use the landmark net that the head was built with")]
+    #[error(
+        "frame {frame} has {found} landmarks where the head has {wanted}: use the landmark net that the head was built with"
+    )]
     Landmarks {
         /// Which frame.
         frame: usize,
@@ -20,7 +22,9 @@ pub enum HeadError {
         wanted: usize,
     },
     /// Not one frame shows enough landmarks to place the head.
-    #[error("no frame shows a face well enough to place the head: film the face from the front, larger and in better light")]
+    #[error(
+        "no frame shows a face well enough to place the head: film the face from the front, larger and in better light"
+    )]
     NoFace,
     /// Hardly any point of the cloud lies near the head.
     #[error("only {near} tracked points lie on the face: film with more light and less blur, or turn more slowly")]
@@ -29,7 +33,9 @@ pub enum HeadError {
         near: usize,
     },
     /// Feature points that carry nothing.
-    #[error("{features} feature points are too few, or too close to one place, to shape a head: track more of the face")]
+    #[error(
+        "{features} feature points are too few, or too close to one place, to shape a head: track more of the face"
+    )]
     Deform {
         /// Features given.
         features: usize,

@@ -14,23 +14,24 @@
 //! subject's left everywhere. Vertices, quads and keys keep the order of the generic head from the asset to the GLB.
 #![forbid(unsafe_code)]
 
-mod error;
-pub mod visemes;
-pub mod expressions;
-pub mod eyes_paper;
-pub mod eyes;
-pub mod warp;
-pub mod transfer;
 pub mod contact;
 pub mod deform;
+mod error;
+pub mod expressions;
+pub mod eyes;
+pub mod eyes_paper;
 pub mod fit;
 mod format;
 mod generic;
 pub mod gradient;
+pub mod lips;
 pub mod surface;
 #[cfg(test)]
 mod testing;
 pub mod topology;
+pub mod transfer;
+pub mod visemes;
+pub mod warp;
 
 pub use error::HeadError;
 pub use generic::{Anchor, GenericHead, IdentityClass, Key, Part, part};

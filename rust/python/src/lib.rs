@@ -68,7 +68,8 @@ fn reconstruct(
         other => return Err(PyValueError::new_err(format!("method is {other}, not default or paper"))),
     };
     let camera = camera.map(SourcedCamera::parse).transpose().map_err(|e| raise(&e))?;
-    let options = ReconstructOptions { method, camera, texture_size, interocular: interocular_mm.map(|mm| mm / 1000.0) };
+    let options =
+        ReconstructOptions { method, camera, texture_size, interocular: interocular_mm.map(|mm| mm / 1000.0) };
     Job::start(move |progress| {
         let frames = FrameSet::open(&frames, progress)?;
         let result = facewright::reconstruct(&frames, &Assets::load(&assets)?, &options, progress)?;

@@ -68,10 +68,12 @@ pub fn measure(views: &[EyeView]) -> Option<EyeColours> {
     for r in 0..RINGS {
         let ring_colour = ring(r)?;
         for s in 0..SECTORS {
-            // A sector seen little leans on its ring.
-            let seen = &iris[r * SECTORS + s];
+            // Highlights are far brighter than their ring; a sector seen little leans on its ring.
+            let bright = |c: &[f64; 3]| c.iter().sum::<f64>();
+            let dull = |c: &&[f64; 3]| bright(c) < 1.5 * bright(&ring_colour);
+            let seen: Vec<[f64; 3]> = iris[r * SECTORS + s].iter().filter(dull).copied().collect();
             let trust = seen.len() as f64 / (seen.len() as f64 + 12.0);
-            let own = middle(seen, 0.4).unwrap_or(ring_colour);
+            let own = middle(&seen, 0.4).unwrap_or(ring_colour);
             colours.iris[r][s] = std::array::from_fn(|c| trust * own[c] + (1.0 - trust) * ring_colour[c]);
         }
     }

@@ -1,8 +1,8 @@
 //! `cargo x addon`: the abi3 wheel and the extension zip, built and validated by Blender's own tool.
 
 use crate::environment::BLENDER_5_0;
-use crate::run::{root, run, say, target};
 use crate::generic_head;
+use crate::run::{root, run, say, target};
 use anyhow::Context;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -49,7 +49,11 @@ fn build_wheel() -> anyhow::Result<PathBuf> {
     }
     let maturin = BLENDER_5_0.program("maturin")?;
     let path = std::env::join_paths(
-        maturin.parent().map(Path::to_owned).into_iter().chain(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default())),
+        maturin
+            .parent()
+            .map(Path::to_owned)
+            .into_iter()
+            .chain(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default())),
     )?;
     let mut build = Command::new(&maturin);
     build.args(["build", "--release", "--quiet", "--zig", "--compatibility", "manylinux2014", "--manifest-path"]);
@@ -61,7 +65,10 @@ fn build_wheel() -> anyhow::Result<PathBuf> {
 fn copy(from: &Path, to: &Path) -> anyhow::Result<()> {
     std::fs::create_dir_all(to)?;
     for entry in std::fs::read_dir(from)? {
-        let (path, name) = { let e = entry?; (e.path(), e.file_name()) };
+        let (path, name) = {
+            let e = entry?;
+            (e.path(), e.file_name())
+        };
         if name == "__pycache__" {
             continue;
         }

@@ -16,7 +16,6 @@ pub fn check() -> anyhow::Result<()> {
     let ruff = BLENDER_5_0.program("ruff")?;
     run(Command::new(&ruff).args(["check", "addon", "tests", "blend_fixtures", "rust/xtask/python"]))?;
     run(Command::new(&ruff).args(["format", "--check", "addon", "tests", "blend_fixtures", "rust/xtask/python"]))?;
-    run(&mut Command::new(BLENDER_5_0.program("pyright")?))?;
     layers()
 }
 

@@ -23,7 +23,14 @@ pub fn demo(clip: Option<&Path>, frames: Option<&str>, out: &Path) -> anyhow::Re
     say(&format!("reconstructing {} in Blender", clip.display()));
     let begun = Instant::now();
     let mut python = BLENDER_5_0.python()?;
-    python.arg(root().join("rust/xtask/python/demo.py")).arg("--zip").arg(zip).arg("--clip").arg(&clip).arg("--out").arg(&out);
+    python
+        .arg(root().join("rust/xtask/python/demo.py"))
+        .arg("--zip")
+        .arg(zip)
+        .arg("--clip")
+        .arg(&clip)
+        .arg("--out")
+        .arg(&out);
     if let Some(frames) = frames {
         python.args(["--frames", frames]);
     }

@@ -15,7 +15,14 @@ pub struct Environment {
 /// Blender 5.0 and the tools of all tasks.
 pub const BLENDER_5_0: Environment = Environment {
     name: "venv-blender-5.0",
-    packages: &["bpy==5.0.1", "pytest==9.1.1", "maturin==1.16.0", "ziglang==0.15.2", "ruff==0.17.6", "pyright==1.1.414"],
+    packages: &[
+        "bpy==5.0.1",
+        "pytest==9.1.1",
+        "maturin==1.16.0",
+        "ziglang==0.15.2",
+        "ruff==0.17.6",
+        "pyright==1.1.414",
+    ],
 };
 
 /// Blender 4.5 LTS.
@@ -58,14 +65,17 @@ impl Environment {
     /// Blender's own tool that builds and validates extensions.
     pub fn extension_tool(&self) -> anyhow::Result<PathBuf> {
         let library = self.program("python")?.with_file_name("").join("../lib");
-        find(&library, "blender_ext.py").ok_or_else(|| anyhow::anyhow!("blender_ext.py is missing in target/{}", self.name))
+        find(&library, "blender_ext.py")
+            .ok_or_else(|| anyhow::anyhow!("blender_ext.py is missing in target/{}", self.name))
     }
 }
 
 fn find(folder: &Path, name: &str) -> Option<PathBuf> {
     let mut entries: Vec<PathBuf> = std::fs::read_dir(folder).ok()?.filter_map(|e| e.ok().map(|e| e.path())).collect();
     entries.sort();
-    entries.iter().find(|p| p.ends_with(name)).cloned().or_else(|| {
-        entries.iter().filter(|p| p.is_dir() && !p.is_symlink()).find_map(|p| find(p, name))
-    })
+    entries
+        .iter()
+        .find(|p| p.ends_with(name))
+        .cloned()
+        .or_else(|| entries.iter().filter(|p| p.is_dir() && !p.is_symlink()).find_map(|p| find(p, name)))
 }

@@ -48,7 +48,9 @@ pub fn wheel(pinned: &Pinned) -> anyhow::Result<PathBuf> {
 
 /// The path of an npm package's archive, downloaded once into `target/downloads`.
 pub fn npm_archive(pinned: &Pinned) -> anyhow::Result<PathBuf> {
-    fetch(pinned, |folder| run(Command::new("npm").args(["pack", "--silent", pinned.package, "--pack-destination"]).arg(folder)))
+    fetch(pinned, |folder| {
+        run(Command::new("npm").args(["pack", "--silent", pinned.package, "--pack-destination"]).arg(folder))
+    })
 }
 
 fn fetch(pinned: &Pinned, download: impl FnOnce(&Path) -> anyhow::Result<()>) -> anyhow::Result<PathBuf> {

@@ -9,7 +9,6 @@ mod demo;
 mod environment;
 mod fetch;
 mod generic_head;
-mod gui;
 mod run;
 mod test;
 
@@ -38,18 +37,9 @@ enum Task {
         out: PathBuf,
     },
     /// Runs every test
-    Test {
-        /// Also click through a real Blender window (needs root and debootstrap)
-        #[arg(long)]
-        gui: bool,
-    },
+    Test,
     /// Formatting, lints, documentation, types, layers
     Check,
-    /// Our figures and the peers', in one run, as ratios
-    Bench {
-        /// One feature only
-        word: Option<String>,
-    },
     /// Builds the generic head and the landmark nets into target/assets
     Head,
     /// Builds the wheel and the validated extension zip into target/addon
@@ -61,9 +51,8 @@ enum Task {
 fn main() -> anyhow::Result<()> {
     match Arguments::parse().task {
         Task::Demo { clip, frames, out } => demo::demo(clip.as_deref(), frames.as_deref(), &out),
-        Task::Test { gui } => test::test(gui),
+        Task::Test => test::test(),
         Task::Check => check::check(),
-        Task::Bench { word } => test::bench(word.as_deref()),
         Task::Head => generic_head::build().map(drop),
         Task::Addon => addon::build().map(drop),
         Task::Fixtures => test::fixtures(),

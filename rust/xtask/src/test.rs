@@ -1,23 +1,21 @@
-//! `cargo x test`, `cargo x bench`, `cargo x fixtures`.
+//! `cargo x test`, `cargo x fixtures`.
 
 use crate::environment::{BLENDER_4_5, BLENDER_5_0, Environment};
 use crate::run::{cargo, root, run, say};
-use crate::{addon, generic_head, gui};
+use crate::{addon, generic_head};
 
-/// Every test: Rust, Python, Blender 4.5 and 5.0; with `gui` the real window too.
-pub fn test(with_gui: bool) -> anyhow::Result<()> {
+/// Every test: Rust, Python, Blender 4.5 and 5.0.
+pub fn test() -> anyhow::Result<()> {
     generic_head::build()?;
     say("Rust");
-    run(&mut cargo(&["test", "--release", "--workspace", "--exclude", "xtask"]))?;
+    run(&mut cargo(&["build", "--release", "--package", "facewright"]))?;
+    run(&mut cargo(&["test", "--release", "--workspace", "--exclude", "xtask", "--exclude", "facewright-python"]))?;
     let zip = addon::build()?;
     say("Python");
     pytest(&BLENDER_5_0, "tests/python", &zip)?;
     for environment in [&BLENDER_5_0, &BLENDER_4_5] {
         say(&format!("Blender {}", environment.version()));
         pytest(environment, "tests/blender", &zip)?;
-    }
-    if with_gui {
-        gui::test(&zip)?;
     }
     Ok(())
 }
@@ -26,12 +24,6 @@ fn pytest(environment: &Environment, folder: &str, zip: &std::path::Path) -> any
     let mut python = environment.python()?;
     python.args(["-m", "pytest", "-q", "-p", "no:cacheprovider", folder]);
     run(python.env("FACEWRIGHT_ZIP", zip).env("FACEWRIGHT_ROOT", root()))
-}
-
-/// Benches of one feature word, or of all.
-pub fn bench(word: Option<&str>) -> anyhow::Result<()> {
-    generic_head::build()?;
-    run(cargo(&["run", "--quiet", "--release", "--package", "bench", "--"]).args(word))
 }
 
 /// Runs every script of `blend_fixtures/make`.

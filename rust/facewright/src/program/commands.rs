@@ -2,8 +2,8 @@
 
 use super::{Arguments, BoardArguments, Command};
 use facewright::{
-    Assets, CalibrateOptions, FacewrightError, FrameSet, MatchOptions, ReconstructOptions, SourcedCamera, board, calibrate,
-    match_pair, overlay, reconstruct, write_json, write_text,
+    Assets, CalibrateOptions, FacewrightError, FrameSet, MatchOptions, ReconstructOptions, SourcedCamera, board,
+    calibrate, match_pair, overlay, reconstruct, write_json, write_text,
 };
 use geometry::Progress;
 use serde_json::{Value, json};

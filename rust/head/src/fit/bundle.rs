@@ -88,7 +88,14 @@ impl Bundle<'_> {
         let solve = |(data, start): (&FrameData, &FrameState)| {
             let mut own = start.clone();
             for _ in 0..4 {
-                let view = View { bundle: self, camera: &camera, places: &places, coefficients: &state.coefficients, data, own: &own };
+                let view = View {
+                    bundle: self,
+                    camera: &camera,
+                    places: &places,
+                    coefficients: &state.coefficients,
+                    data,
+                    own: &own,
+                };
                 let Some(step) = view.terms(false).system.step_alone() else { break };
                 own = retract_frame(&own, &step);
                 if step.norm_max() < 1e-6 {
@@ -129,7 +136,8 @@ impl Bundle<'_> {
     fn linearise(&self, state: &State) -> (SharedSystem, Vec<FrameSystem>) {
         let (places, camera) = (self.places(state), self.camera_at(state.log_focal));
         let coefficients = &state.coefficients;
-        let view = |(data, own)| View { bundle: self, camera: &camera, places: &places, coefficients, data, own }.terms(true);
+        let view =
+            |(data, own)| View { bundle: self, camera: &camera, places: &places, coefficients, data, own }.terms(true);
         let terms: Vec<FrameTerms> = self.frames.par_iter().zip(&state.frames).map(view).collect();
         let mut sums = LandmarkSums::zeros(places.len(), 1);
         let (mut rows, mut systems) = (DenseRows::default(), Vec::with_capacity(terms.len()));

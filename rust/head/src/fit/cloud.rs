@@ -150,7 +150,12 @@ impl CloudFit<'_> {
         let shape = &self.context.shape;
         let keys = shape.keys.iter().map(|&k| start.shared_expression[k]);
         let coefficients: Vec<f64> = start.coefficients.iter().copied().chain(keys).collect();
-        let slips = self.context.landmarks.points.iter().flat_map(|l| l.tangents.map(|t| t.dot(&start.slips[l.index]) / start.scale));
+        let slips = self
+            .context
+            .landmarks
+            .points
+            .iter()
+            .flat_map(|l| l.tangents.map(|t| t.dot(&start.slips[l.index]) / start.scale));
         Ok(State { coefficients, cloud_from_head, slips: slips.collect() })
     }
 
@@ -168,7 +173,8 @@ impl CloudFit<'_> {
         let head_from_cloud = state.cloud_from_head.inverse();
         let plane = |p: &CloudPoint| {
             let foot = surface.closest(&head_from_cloud.apply(&p.position), reach)?;
-            let away = landmarks.iter().map(|l| (l - foot.position).norm_squared()).fold(f64::INFINITY, f64::min).sqrt();
+            let away =
+                landmarks.iter().map(|l| (l - foot.position).norm_squared()).fold(f64::INFINITY, f64::min).sqrt();
             let misfit = context.options.misfit + context.options.misfit_growth * (away - NEAR).max(0.0);
             Some(Plane {
                 foot: context.shape.point(&foot.triangle, &foot.weights),
@@ -197,7 +203,9 @@ impl CloudFit<'_> {
             let (residual, sigma2, normal) = self.plane_residual(plane, state);
             let (loss, robust) = ROBUST.evaluate(residual * residual / sigma2);
             let by_place = -(state.cloud_from_head.rigid.rotation.inverse() * normal) * state.cloud_from_head.scale;
-            let by_similarity = -(similarity_jacobian(&state.cloud_from_head, &plane.foot.at(&state.coefficients)).transpose() * normal);
+            let by_similarity = -(similarity_jacobian(&state.cloud_from_head, &plane.foot.at(&state.coefficients))
+                .transpose()
+                * normal);
             rows.push(&plane.foot.gradient(&by_place), by_similarity.as_slice(), residual, robust / sigma2, loss);
         }
         let mut system = assemble(&self.context.landmarks, &sums, &rows);
@@ -233,7 +241,8 @@ impl CloudFit<'_> {
             sums.place_hessian[s.landmark] += by_place.transpose() * by_place * weight;
             sums.place_gradient[s.landmark] += by_place.transpose() * residual * weight;
             let mixed = by_similarity.transpose() * by_place * weight;
-            let (square, slope) = (by_similarity.transpose() * by_similarity * weight, by_similarity.transpose() * residual * weight);
+            let (square, slope) =
+                (by_similarity.transpose() * by_similarity * weight, by_similarity.transpose() * residual * weight);
             for e in 0..7 {
                 (0..3).for_each(|axis| sums.extra_by_place[(e, 3 * s.landmark + axis)] += mixed[(e, axis)]);
                 (0..7).for_each(|other| sums.extra_hessian[(e, other)] += square[(e, other)]);
@@ -357,4 +366,111 @@ fn retract(state: &State, step: &Mat<f64>) -> State {
     next.cloud_from_head.rigid = state.cloud_from_head.rigid.retract(&Vector6::from_fn(|i, _| step[(size + i, 0)]));
     next.cloud_from_head.scale *= step[(size + 6, 0)].exp();
     next
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fit_landmarks;
+    use super::super::testing::{camera, chance, front_error, observe, person, toy_head, turn};
+    use super::*;
+    use nalgebra::Rotation3;
+
+    /// Another frame and unit, as a bundle without metre has them.
+    fn cloud_from_truth() -> Similarity {
+        let rigid = Transform::new(Rotation3::new(Vec3::new(0.1, -0.3, 0.2)), Vec3::new(0.3, -0.1, 0.2));
+        Similarity { scale: 3.7, rigid }
+    }
+
+    fn cloud(head: &GenericHead, truth: &[Vec3], noise: f64) -> Vec<CloudPoint> {
+        let covariance = Mat3::identity() * (noise * cloud_from_truth().scale).powi(2);
+        let front =
+            head.triangles(head.skin()).into_iter().filter(|t| t.iter().all(|&i| head.positions[i as usize].z > -0.05));
+        let point = |(n, t): (usize, [u32; 3])| {
+            let seed = 10 * n as u64;
+            let place = geometry::mesh::at_barycentric(truth, &t, &[0.3, 0.3, 0.4]);
+            let outlier = if n % 15 == 0 { 0.008 } else { 0.0 };
+            let error = Vec3::from_fn(|k, _| chance(seed + k as u64) * (1.7 * noise + outlier));
+            CloudPoint { position: cloud_from_truth().apply(&(place + error)), covariance }
+        };
+        front.enumerate().map(point).collect()
+    }
+
+    fn fitted(head: &GenericHead, truth: &[Vec3], points: &[CloudPoint]) -> (LandmarkFit, Result<HeadFit, HeadError>) {
+        let options = FitOptions {
+            contour_error: f64::INFINITY,
+            view_error: 0.0003,
+            key_frames: 8,
+            rounds: 2,
+            ..FitOptions::default()
+        };
+        let poses = turn(8);
+        let observe = |(f, p): (usize, &Transform)| observe(head, truth, p, 0.5, 0.0015, f as u64 + 1);
+        let seen: Vec<FrameObservation> = poses.iter().enumerate().map(observe).collect();
+        let first = fit_landmarks(head, &camera(), &seen, &options, &Progress::new()).unwrap();
+        let frame = |(index, pose): (usize, &Transform)| CloudFrame {
+            seen: &seen[index],
+            pose: cloud_from_truth().move_pose(pose),
+            index,
+        };
+        let frames: Vec<CloudFrame> = poses.iter().enumerate().map(frame).collect();
+        let second = fit_cloud(head, &camera(), &frames, points, &first, &options, &Progress::new());
+        (first, second)
+    }
+
+    #[test]
+    fn points_in_another_frame_and_unit_improve_the_shape() {
+        let head = toy_head();
+        let truth = person(&head);
+        let (first, second) = fitted(&head, &truth, &cloud(&head, &truth, 0.0004));
+        let second = second.unwrap();
+        let (before, after) =
+            (front_error(&head, &first.positions, &truth), front_error(&head, &second.positions, &truth));
+        assert!(after < 0.8 * before && second.median_distance < 0.0007, "{before} {after} {}", second.median_distance);
+        let carried = crate::deform::refine(
+            &head,
+            &second,
+            &cloud(&head, &truth, 0.0004),
+            &crate::deform::DeformOptions::default(),
+        );
+        let carried = carried.unwrap();
+        let there = |p: &Vec3| second.head_from_cloud.apply(&cloud_from_truth().apply(p));
+        let truth_in_head: Vec<Vec3> = truth.iter().map(there).collect();
+        let off = |positions: &[Vec3]| {
+            let surface = SkinSurface::new(&head, positions);
+            let distance = |&i: &usize| {
+                (surface.closest(&truth_in_head[i], 0.02).unwrap().position - truth_in_head[i]).norm_squared()
+            };
+            head.skin()
+                .vertices
+                .clone()
+                .filter(|&i| head.positions[i].z > -0.03)
+                .collect::<Vec<_>>()
+                .iter()
+                .map(distance)
+                .sum::<f64>()
+        };
+        let (carried_off, fitted_off) = (off(&carried.positions), off(&second.positions));
+        // The toy person lies within what the class reaches: nothing is left to gain, and nothing may be spoilt.
+        assert!(carried_off < 1.2 * fitted_off, "{carried_off} {fitted_off}");
+        assert_eq!(carried.folded, 0);
+    }
+
+    #[test]
+    fn a_cloud_that_is_elsewhere_is_refused() {
+        let head = toy_head();
+        let truth = person(&head);
+        let mut points = cloud(&head, &truth, 0.0004);
+        points.iter_mut().for_each(|p| p.position += Vec3::new(2.0, 0.0, 0.0));
+        assert!(matches!(fitted(&head, &truth, &points).1, Err(HeadError::NoCloud { .. })));
+    }
+
+    #[test]
+    fn cameras_give_the_similarity_between_two_frames() {
+        let truth = cloud_from_truth();
+        let pairs: Vec<(Transform, Transform)> = turn(9).iter().map(|p| (*p, truth.move_pose(p))).collect();
+        let found = align_cameras(&pairs).unwrap();
+        assert!((found.scale / truth.scale - 1.0).abs() < 1e-6 && found.rigid.angle_to(&truth.rigid) < 1e-9);
+        assert!((found.rigid.translation - truth.rigid.translation).norm() < 1e-6);
+        assert!(align_cameras(&[]).is_none());
+    }
 }

@@ -27,8 +27,7 @@ impl JawOutline {
     pub fn new(head: &GenericHead) -> Self {
         let anchor = |&i: &usize| head.anchors.get(i).map(|a| (i, a.triangle, a.weights));
         let anchors: Vec<_> = JAW_LINE.iter().filter_map(anchor).collect();
-        let places: Vec<Vec3> =
-            anchors.iter().map(|(_, t, w)| mesh::at_barycentric(&head.positions, t, w)).collect();
+        let places: Vec<Vec3> = anchors.iter().map(|(_, t, w)| mesh::at_barycentric(&head.positions, t, w)).collect();
         let near = |i: u32| {
             !head.cavity[i as usize] && places.iter().any(|p| (p - head.positions[i as usize]).norm() < 2.0 * REACH)
         };
@@ -41,7 +40,8 @@ impl JawOutline {
                 }
             }
         }
-        let edges = by_edge.into_iter().filter_map(|(e, t)| <[[u32; 3]; 2]>::try_from(t).ok().map(|t| (e, t))).collect();
+        let edges =
+            by_edge.into_iter().filter_map(|(e, t)| <[[u32; 3]; 2]>::try_from(t).ok().map(|t| (e, t))).collect();
         Self { edges, anchors }
     }
 

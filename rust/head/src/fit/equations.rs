@@ -124,7 +124,8 @@ pub(crate) fn assemble(landmarks: &LandmarkModel, sums: &LandmarkSums, rows: &De
                 hessian[(row, k)] = (0..3).map(|axis| tangent[axis] * weighted[(3 * l + axis, k)]).sum();
             }
             for e in 0..extras {
-                hessian[(row, size + e)] = (0..3).map(|axis| tangent[axis] * sums.extra_by_place[(e, 3 * l + axis)]).sum();
+                hessian[(row, size + e)] =
+                    (0..3).map(|axis| tangent[axis] * sums.extra_by_place[(e, 3 * l + axis)]).sum();
             }
             for (j, other) in landmark.tangents.iter().enumerate() {
                 hessian[(row, slips + 2 * l + j)] = tangent.dot(&(sums.place_hessian[l] * other));
@@ -236,7 +237,7 @@ mod tests {
     use super::*;
 
     fn wave(rows: usize, columns: usize, phase: f64) -> Mat<f64> {
-        Mat::from_fn(rows, columns, |i, j| ((3 * i + 7 * j) as f64 + phase).sin())
+        Mat::from_fn(rows, columns, |i, j| (1.3 * ((i + 2) * (j + 3)) as f64 + 0.7 * (j * j) as f64 + phase).sin())
     }
 
     #[test]

@@ -132,7 +132,8 @@ impl<'a> Context<'a> {
     /// The problem for chosen frames, with visibility and contours as the state sees them.
     fn bundle(&self, chosen: &[usize], state: &State) -> Bundle<'_> {
         let positions = self.shape.positions(&state.coefficients);
-        let weights = view_weights(&state.frames.iter().map(|f| f.pose).collect::<Vec<_>>(), self.options.view_correlation);
+        let weights =
+            view_weights(&state.frames.iter().map(|f| f.pose).collect::<Vec<_>>(), self.options.view_correlation);
         let data = |((&frame, own), weight): ((&usize, &FrameState), f64)| FrameData {
             sightings: self.sightings(&self.frames[frame], &own.pose),
             contour: self.contour(&self.frames[frame], &own.pose, &positions),
@@ -154,7 +155,9 @@ impl<'a> Context<'a> {
 
     /// Standard deviations of the shape's coefficients.
     pub fn sigmas(&self) -> Vec<f64> {
-        let sigma = |k| if k < self.shape.identity { self.options.identity_sigma } else { self.options.shared_expression_sigma };
+        let sigma = |k| {
+            if k < self.shape.identity { self.options.identity_sigma } else { self.options.shared_expression_sigma }
+        };
         (0..self.shape.size()).map(sigma).collect()
     }
 
@@ -177,7 +180,12 @@ impl<'a> Context<'a> {
         self.landmarks.points.iter().enumerate().filter_map(sighting).collect()
     }
 
-    fn contour(&self, seen: &FrameObservation, pose: &Transform, positions: &[Vec3]) -> Vec<super::contour::ContourSighting> {
+    fn contour(
+        &self,
+        seen: &FrameObservation,
+        pose: &Transform,
+        positions: &[Vec3],
+    ) -> Vec<super::contour::ContourSighting> {
         if !self.options.contour_error.is_finite() {
             return Vec::new();
         }
@@ -242,7 +250,8 @@ impl<'a> Context<'a> {
             }
             let pose = Transform::new(own.pose.rotation, own.pose.translation * scale);
             let expression = self.shape.all_keys(&own.expression, self.head.keys.len());
-            frames[frame] = Some(FittedFrame { pose, expression, rms_px: root_mean_square(&found), trusted: trusted[i] });
+            frames[frame] =
+                Some(FittedFrame { pose, expression, rms_px: root_mean_square(&found), trusted: trusted[i] });
         }
         Ok(LandmarkFit {
             camera,
@@ -313,4 +322,125 @@ fn key_views(poses: &[Transform], limit: usize, trusted: &[bool]) -> Vec<usize> 
 pub(super) fn view_weights(poses: &[Transform], correlation: f64) -> Vec<f64> {
     let alike = |a: &Transform, b: &Transform| (-0.5 * (a.angle_to(b) / correlation).powi(2)).exp();
     poses.iter().map(|a| 1.0 / poses.iter().map(|b| alike(a, b)).sum::<f64>()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{camera, chance, front_error, observe, person, toy_head, turn as turning};
+    use super::super::{HeadSize, size};
+    use super::*;
+
+    fn options() -> FitOptions {
+        // The toy has no jaw, and its landmarks are exact in every view.
+        FitOptions { contour_error: f64::INFINITY, view_error: 0.0003, key_frames: 10, ..FitOptions::default() }
+    }
+
+    fn observations(head: &GenericHead, positions: &[Vec3], jitter_px: f64, slip: f64) -> Vec<FrameObservation> {
+        let poses = turning(14);
+        poses.iter().enumerate().map(|(f, p)| observe(head, positions, p, jitter_px, slip, f as u64 + 1)).collect()
+    }
+
+    #[test]
+    fn shape_and_poses_come_back_from_noisy_slipping_landmarks() {
+        let (head, progress) = (toy_head(), Progress::new());
+        let truth = person(&head);
+        let fit =
+            fit_landmarks(&head, &camera(), &observations(&head, &truth, 0.5, 0.001), &options(), &progress).unwrap();
+        let (before, after) = (front_error(&head, &head.positions, &truth), front_error(&head, &fit.positions, &truth));
+        assert!(after < 0.0015 && after < 0.35 * before, "{before} {after}");
+        // Poses are known up to one motion of the head: compare the turns between frames.
+        let poses = turning(14);
+        let first = fit.frames[0].as_ref().unwrap().pose;
+        for (pose, found) in poses.iter().zip(&fit.frames) {
+            let found = found.as_ref().unwrap();
+            let (a, b) = (pose.rotation * poses[0].rotation.inverse(), found.pose.rotation * first.rotation.inverse());
+            let rigid = |rotation| Transform::new(rotation, Vec3::zeros());
+            let error = rigid(a).angle_to(&rigid(b)).to_degrees();
+            assert!(error < 1.0 && found.trusted && found.rms_px < 1.5, "{error} {}", found.rms_px);
+        }
+    }
+
+    #[test]
+    fn a_word_and_a_blink_are_expression_and_not_shape() {
+        let (head, progress) = (toy_head(), Progress::new());
+        let truth = person(&head);
+        let mut seen = observations(&head, &truth, 0.2, 0.0);
+        let mut speaking = truth.clone();
+        head.keys[0].offsets.iter().for_each(|(i, d)| speaking[*i as usize] += d * 0.8);
+        for f in [3, 9] {
+            seen[f] = observe(&head, &speaking, &turning(14)[f], 0.2, 0.0, 40);
+        }
+        let fit = fit_landmarks(&head, &camera(), &seen, &options(), &progress).unwrap();
+        let spoken = |f: usize| fit.frames[f].as_ref().unwrap().expression[0];
+        assert!(spoken(3) > 0.55 && spoken(9) > 0.55, "{} {}", spoken(3), spoken(9));
+        assert!((0..14).filter(|f| ![3, 9].contains(f)).all(|f| spoken(f).abs() < 0.15));
+        assert!(front_error(&head, &fit.positions, &truth) < 0.0015);
+        assert_eq!(fit.frames[0].as_ref().unwrap().expression[2], 0.0, "what no landmark sees is not fitted");
+    }
+
+    #[test]
+    fn a_face_that_is_none_is_placed_but_not_trusted() {
+        let (head, progress) = (toy_head(), Progress::new());
+        let truth = person(&head);
+        let mut seen = observations(&head, &truth, 0.3, 0.0);
+        for (i, p) in seen[5].landmarks.iter_mut().enumerate() {
+            *p += Vec2::new((0.05 * p.y).sin() * 8.0, chance(i as u64) * 6.0);
+        }
+        seen[8].sigma_px = vec![0.0; 468];
+        let fit = fit_landmarks(&head, &camera(), &seen, &options(), &progress).unwrap();
+        let trusted: Vec<bool> = fit.frames.iter().map(|f| f.as_ref().is_some_and(|f| f.trusted)).collect();
+        assert!((0..14).all(|f| trusted[f] == ![5, 8].contains(&f)), "{trusted:?}");
+        assert!(fit.frames[8].is_none() && front_error(&head, &fit.positions, &truth) < 0.0015);
+    }
+
+    #[test]
+    fn the_size_is_the_given_one() {
+        let (head, progress) = (toy_head(), Progress::new());
+        let seen = observations(&head, &person(&head), 0.3, 0.0);
+        let fit = |size| fit_landmarks(&head, &camera(), &seen, &FitOptions { size, ..options() }, &progress);
+        let wide = fit(HeadSize::Pupils(0.07)).unwrap();
+        let eyes = size::eye_centres(&head, &wide.positions).unwrap();
+        assert!(((eyes[0] - eyes[1]).norm() - 0.07).abs() < 1e-12);
+        let long = fit(HeadSize::Landmarks { indices: [2, 460], metres: 0.2 }).unwrap();
+        let landmarks = head.landmarks(&long.positions);
+        assert!(((landmarks[2] - landmarks[460]).norm() - 0.2).abs() < 1e-12);
+        let distance = |f: &LandmarkFit| f.frames[0].as_ref().unwrap().pose.translation.z / f.scale;
+        assert!((distance(&wide) - distance(&long)).abs() < 1e-9, "the pictures do not know");
+        assert!(matches!(fit(HeadSize::Landmarks { indices: [2, 2], metres: 0.2 }), Err(HeadError::NoSize)));
+    }
+
+    #[test]
+    fn a_focal_length_from_exif_is_improved() {
+        let (head, progress) = (toy_head(), Progress::new());
+        let seen = observations(&head, &head.with_identity(&[0.5, -1.0, 0.8]), 0.05, 0.0);
+        let guess = Camera { fx: 615.0 * 1.1, fy: 615.0 * 1.1, ..camera() };
+        let options = FitOptions { focal_sigma: 0.15, slip_scale: 0.2, ..options() };
+        let fit = fit_landmarks(&head, &guess, &seen, &options, &progress).unwrap();
+        assert!((fit.camera.fx / 615.0 - 1.0).abs() < 0.04, "{}", fit.camera.fx);
+    }
+
+    #[test]
+    fn equal_input_gives_equal_bytes_with_any_number_of_threads() {
+        let (head, progress) = (toy_head(), Progress::new());
+        let seen = observations(&head, &person(&head), 0.3, 0.0);
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let options = FitOptions { rounds: 1, key_frames: 4, ..options() };
+            pool.install(|| fit_landmarks(&head, &camera(), &seen, &options, &progress).unwrap().positions)
+        };
+        assert_eq!(run(1), run(3));
+    }
+
+    #[test]
+    fn wrong_lists_no_face_and_a_stop_are_said() {
+        let (head, progress) = (toy_head(), Progress::new());
+        let mut seen = observations(&head, &head.positions, 0.3, 0.0);
+        let fit = |seen: &[FrameObservation], p: &Progress| fit_landmarks(&head, &camera(), seen, &options(), p);
+        assert!(matches!(fit(&[], &progress), Err(HeadError::NoFace)));
+        let stopped = Progress::new();
+        stopped.cancel();
+        assert!(matches!(fit(&seen, &stopped), Err(HeadError::Cancelled(_))));
+        seen[1].landmarks.pop();
+        assert!(matches!(fit(&seen, &progress), Err(HeadError::Landmarks { frame: 1, found: 467, wanted: 468 })));
+    }
 }

@@ -21,7 +21,7 @@ mod pose;
 mod size;
 mod slip;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 
 pub use cloud::{CloudFrame, CloudPoint, HeadFit, fit_cloud};
 pub use landmarks::fit_landmarks;

@@ -154,7 +154,13 @@ impl LandmarkModel {
             let normal = (0..3).map(|k| normals[anchor.triangle[k] as usize] * anchor.weights[k]).sum::<Vec3>();
             let normal = normal.try_normalize(1e-12).unwrap_or_else(Vec3::z);
             let tangents = tangents(&normal);
-            ModelLandmark { index, point: shape.point(&anchor.triangle, &anchor.weights), normal, tangents, sigma: anchor.sigma }
+            ModelLandmark {
+                index,
+                point: shape.point(&anchor.triangle, &anchor.weights),
+                normal,
+                tangents,
+                sigma: anchor.sigma,
+            }
         };
         let points: Vec<ModelLandmark> = (0..head.anchors.len()).filter(on_skin).map(landmark).collect();
         let basis = Mat::from_fn(3 * points.len(), shape.size(), |row, k| points[row / 3].point.basis[row % 3][k]);

@@ -45,7 +45,8 @@ fn posit(camera: &Camera, sightings: &[Sighting]) -> Option<Transform> {
             return None;
         }
         let third = first.cross(&second).normalize();
-        let rough = Mat3::from_rows(&[first.normalize().transpose(), second.normalize().transpose(), third.transpose()]);
+        let rough =
+            Mat3::from_rows(&[first.normalize().transpose(), second.normalize().transpose(), third.transpose()]);
         let found = Transform::from_matrix(&rough, Vec3::new(i.w, j.w, 1.0) / scale);
         let axis = found.rotation.matrix().row(2).transpose();
         for ((x, _, _), e) in rows.iter().zip(&mut depth_over_distance) {

@@ -74,20 +74,27 @@ impl<'a> Reconstruction<'a> {
         self.options.threshold_px / self.camera.fx
     }
 
-    /// Begins with poses that are off by some pixels: points under a wide threshold, a bundle, a narrower one.
+    /// Begins with poses that are off by some pixels: points under a wide threshold, a bundle, a narrower one. False, and
+    /// nothing known, if the tracks contradict all but one of them.
     pub(super) fn start_from_poses(
         &mut self,
         poses: &[Option<Transform>],
         progress: &Progress,
-    ) -> Result<(), MotionError> {
+    ) -> Result<bool, MotionError> {
         self.poses = poses.to_vec();
         self.anchors = poses.to_vec();
         for widening in WIDENING {
             self.triangulate_all(widening);
             self.drop_contradicted_poses(widening);
+            if self.poses.iter().flatten().count() < 2 {
+                self.poses.fill(None);
+                self.anchors.fill(None);
+                self.points.fill(None);
+                return Ok(false);
+            }
             self.adjust(widening, 10, false, progress)?;
         }
-        Ok(())
+        Ok(true)
     }
 
     /// A frame whose initial pose does not bring three of ten known points near their observations was fitted wrongly: it is
@@ -112,8 +119,7 @@ impl<'a> Reconstruction<'a> {
             self.points[*track] = *point;
         }
         self.rescale();
-        self.adjust(2.0, 10, false, progress)?;
-        Ok(())
+        self.adjust(2.0, 10, false, progress)
     }
 
     /// Places frame after frame, those that see most known points first, until no frame can be added.
@@ -238,15 +244,11 @@ impl<'a> Reconstruction<'a> {
         iterations: usize,
         refine_focal: bool,
         progress: &Progress,
-    ) -> Result<(BundleReport, Bundle), MotionError> {
+    ) -> Result<(), MotionError> {
         let mut bundle = self.bundle(widening);
-        let options = self.bundle_options(iterations, refine_focal);
-        if refine_focal {
-            reject_outliers(&mut bundle, REJECTION);
-        }
-        let report = adjust(&mut bundle, &options, progress)?;
+        adjust(&mut bundle, &self.bundle_options(iterations, refine_focal), progress)?;
         self.adopt(&bundle);
-        Ok((report, bundle))
+        Ok(())
     }
 
     /// Takes over a bundle's result.
@@ -319,6 +321,7 @@ impl<'a> Reconstruction<'a> {
         let none = MotionError::TooFewPoints { found: 0, needed: FEWEST_POINTS };
         let poses = self.poses.into_iter().zip(self.failures);
         Sequence {
+            anchored: self.anchors.iter().flatten().next().is_some(),
             camera: self.camera,
             poses: poses.map(|(pose, failure)| pose.ok_or_else(|| failure.unwrap_or(none.clone()))).collect(),
             points: self.points,

@@ -86,6 +86,8 @@ impl Default for SequenceOptions {
 /// A reconstructed sequence.
 #[derive(Clone, Debug)]
 pub struct Sequence {
+    /// Whether initial poses define the head frame and its scale: false without any, or if the tracks contradict them.
+    pub anchored: bool,
     /// The camera, its focal length refined if that was asked for.
     pub camera: Camera,
     /// `cam_from_head` of each frame, or why it has none.
@@ -112,9 +114,12 @@ pub fn reconstruct_sequence(
     check(tracks, options)?;
     progress.stage("motion")?;
     let mut reconstruction = Reconstruction::new(tracks, camera, options);
-    match &options.initial_poses {
-        Some(poses) if poses.iter().flatten().count() >= 2 => reconstruction.start_from_poses(poses, progress)?,
-        _ => reconstruction.start_from_pair(progress)?,
+    let started = match &options.initial_poses {
+        Some(poses) => reconstruction.start_from_poses(poses, progress)?,
+        None => false,
+    };
+    if !started {
+        reconstruction.start_from_pair(progress)?;
     }
     reconstruction.grow(progress)?;
     reconstruction.finish(progress)
@@ -133,6 +138,10 @@ fn check(tracks: &[PointTrack], options: &SequenceOptions) -> Result<(), MotionE
         if !(o.sigma_px > 0.0 && o.pixel.iter().all(|v| v.is_finite())) {
             return Err(MotionError::BadNumber { name: "a tracked pixel or its deviation", value: o.sigma_px });
         }
+    }
+    if let Some(prior) = options.point_priors.iter().find(|prior| prior.point >= tracks.len()) {
+        let (index, count) = (prior.point, tracks.len());
+        return Err(MotionError::BadIndex { table: "table of point priors", kind: "track", index, count });
     }
     let numbers = [
         ("the threshold", options.threshold_px),

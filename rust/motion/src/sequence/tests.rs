@@ -113,9 +113,19 @@ fn rough_initial_poses_give_the_head_frame_and_the_scale() {
     let (shape_mm, turn_deg, placed) = errors(&found, &scene);
     println!("{shape_mm:.3} mm (at best {:.3}), {turn_deg:.3} deg, {placed} points", ideal_mm(&scene));
     assert!(found.poses.iter().all(Result::is_ok) && shape_mm < 1.2 * ideal_mm(&scene) && turn_deg < 0.6);
+    assert!(found.anchored);
     let offset = |i: usize| (found.points[i].unwrap() - scene.points[i]).norm();
     let mean = (0..250).filter(|&i| found.points[i].is_some()).map(offset).sum::<f64>() / placed as f64;
     assert!(mean < 0.006, "{mean} m from the truth without any alignment");
+}
+
+#[test]
+fn initial_poses_that_are_all_wrong_are_left_behind() {
+    let scene = scene(4);
+    let wrong = Transform::new(Rotation3::new(Vec3::y()), Vec3::new(0.1, 0.0, 0.4));
+    let initial_poses = Some(vec![Some(wrong); 60]);
+    let found = solve(&scene, &SequenceOptions { initial_poses, ..options(&scene) });
+    assert!(!found.anchored && errors(&found, &scene).0 < 1.2 * ideal_mm(&scene));
 }
 
 #[test]

@@ -67,8 +67,8 @@ fn tilted_small_blurred_noisy_and_dim_boards_are_found() {
 
 #[test]
 fn large_pictures_are_searched_from_coarse_to_fine() {
-    let camera = Camera { width: 1000, height: 750, fx: 1250.0, fy: 1250.0, cx: 501.0, cy: 377.0, k1: -0.1, k2: 0.0 };
-    for distance in [0.5, 3.0] {
+    let camera = Camera { width: 800, height: 600, fx: 1000.0, fy: 1000.0, cx: 401.0, cy: 297.0, k1: -0.1, k2: 0.0 };
+    for distance in [0.5, 2.4] {
         let scene = Scene { blur: 1.0, ..Scene::new(camera, [0.3, 0.3, 0.1], distance) };
         let error = error(&scene);
         assert!(error < 0.03, "{distance} m: {error}");
