@@ -29,16 +29,6 @@ pub fn run(command: &mut Command) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Runs a command in the project's root, quietly, and gives back what it printed.
-pub fn output(command: &mut Command) -> anyhow::Result<String> {
-    let shown = show(command);
-    let out = command.current_dir(root()).output().with_context(|| format!("{shown} cannot be started"))?;
-    if !out.status.success() {
-        bail!("{shown} failed ({}): {}", out.status, String::from_utf8_lossy(&out.stderr));
-    }
-    Ok(String::from_utf8_lossy(&out.stdout).trim().to_owned())
-}
-
 /// `cargo` with its arguments.
 pub fn cargo(arguments: &[&str]) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));
