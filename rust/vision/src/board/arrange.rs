@@ -157,9 +157,9 @@ fn from_first_corner(lattice: &Lattice, saddles: &[Saddle], board: Extent, asked
         let ((i, j), a, b) = turns[turn];
         saddles[lattice.cells[&(i + a.0 * column + b.0 * row, j + a.1 * column + b.1 * row)]].position
     };
-    let fits = |turn: usize| board.columns() == if turn % 2 == 0 { columns } else { rows };
+    let fits = |turn: usize| board.columns() == if turn.is_multiple_of(2) { columns } else { rows };
     // A lattice edge along the columns' axis becomes one along the rows' axis by a quarter turn.
-    let black = |turn: usize| lattice.is_black_before(turns[turn].0) == (turn % 2 == 0);
+    let black = |turn: usize| lattice.is_black_before(turns[turn].0) == turn.is_multiple_of(2);
     let rank = |turn: usize| {
         let along = at(turn, columns - 1, 0) - at(turn, 0, 0);
         (black(turn), along.x / along.norm())

@@ -145,12 +145,9 @@ impl Lattice {
             }
         }
         let spans = |steps: i32| columns.1 - columns.0 >= steps && rows.1 - rows.0 >= steps;
-        if near.len() >= 6 && spans(2) {
-            if let Some(prediction) = Prediction::by_homography(&near) {
-                return Some(prediction);
-            }
-        }
-        if near.len() >= 3 && spans(1) { Prediction::by_affinity(&near) } else { None }
+        let by_homography = if near.len() >= 6 && spans(2) { Prediction::by_homography(&near) } else { None };
+        let few = near.len() < 3 || !spans(1);
+        by_homography.or_else(|| if few { None } else { Prediction::by_affinity(&near) })
     }
 }
 
