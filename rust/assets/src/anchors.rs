@@ -14,10 +14,11 @@ use crate::random::Random;
 use crate::render::{Model, View, render};
 use crate::symmetry::flip;
 use anyhow::Context;
+use geometry::face_mesh::MIRROR;
 use geometry::{Mat3, Vec3, mesh};
 use head::{Anchor, GenericHead, part};
 use rayon::prelude::*;
-use vision::landmarks::{FaceLandmarker, topology::MIRROR};
+use vision::landmarks::FaceLandmarker;
 
 /// How the anchors are found.
 #[derive(Clone, Debug)]

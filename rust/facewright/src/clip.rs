@@ -108,12 +108,13 @@ pub fn observation(face: Option<&Face>) -> FrameObservation {
     let Some(face) = face else { return FrameObservation::default() };
     let jitter = (NET_JITTER * face.eye_distance()).hypot(0.2);
     let visible = face.irises.iter().filter(|i| i.visible);
-    let diameters: Vec<f64> = visible.map(|i| 2.0 * i.radius).collect();
+    // The eye that looks at the camera: the other one is foreshortened.
+    let widest = visible.map(|i| 2.0 * i.radius).max_by(f64::total_cmp);
     FrameObservation {
         landmarks: face.points.iter().map(|p| p.xy()).collect::<Vec<Vec2>>(),
         sigma_px: vec![jitter; face.points.len()],
         initial_pose: None,
-        iris_diameter_px: (!diameters.is_empty()).then(|| diameters.iter().sum::<f64>() / diameters.len() as f64),
+        iris_diameter_px: widest,
     }
 }
 

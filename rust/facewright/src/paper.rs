@@ -12,10 +12,10 @@ use crate::matching::{MatchOptions, paper_matches};
 use crate::select::{median, yaw_pitch};
 use crate::shape::{Known, Shape, finish_eyes, landmarks68};
 use crate::{FacewrightError, FitReport, SourcedCamera};
+use geometry::face_mesh::FACE_OVAL;
 use geometry::rbf::{RbfOptions, RbfWarp};
 use geometry::{Camera, Progress, Similarity, Transform, Vec2, Vec3};
 use head::GenericHead;
-use head::topology::FACE_OVAL;
 use motion::resect::{ResectOptions, resect};
 use motion::triangulate::triangulate;
 use motion::two_view;
@@ -59,7 +59,7 @@ pub fn shape(
     let eyes = finish_eyes(head, clip, &mut known)?;
     let landmark_pose = clip.pose(first);
     Ok(Shape {
-        landmarks68: landmarks68(head, &known.positions, &[]),
+        landmarks68: landmarks68(head, &known.positions),
         points: structure.len(),
         rms_px,
         head_from_landmark_head: between(&known.poses[a], &landmark_pose),

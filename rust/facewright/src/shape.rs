@@ -1,18 +1,19 @@
 //! Our way to the shape: tracks, bundle, class, free deformation, eyes.
 
-use crate::clip::{Clip, head_size};
+use crate::clip::{ChosenFrame, Clip, head_size};
 use crate::select::median;
 use crate::solve::{SolveOptions, Structure, solve};
 use crate::tracks::{FaceTrack, FollowOptions, TrackedFrame, follow};
 use crate::unseen::replace_unseen;
 use crate::{CameraSource, FacewrightError, FitReport, SourcedCamera};
+use geometry::face_mesh::IBUG68;
 use geometry::{Camera, Progress, Similarity, Transform, Vec3};
 use head::GenericHead;
 use head::deform::{DeformOptions, refine};
 use head::eyes::{EyeFit, EyeOptions, IrisObservation, carry_parts, fit_eyes, place_eyes};
+use head::features::{FeatureFrame, FeatureOptions, align_features};
 use head::fit::{CloudFrame, FitOptions, HeadFit, fit_cloud};
 use head::lips::close_lips;
-use head::topology::IBUG68;
 use motion::triangulate::triangulate;
 
 /// Fewer skin points than this do not improve on the landmarks.
@@ -106,11 +107,11 @@ pub fn measure_shape(
         warnings
             .push("the skin shows too little texture to be tracked: the shape rests on the landmarks alone".to_owned());
     }
+    known.positions = align(head, clip, &known)?;
     let eyes = finish_eyes(head, clip, &mut known)?;
-    let slips = last.as_ref().map_or(&clip.landmark_fit.slips, |m| &m.fit.slips);
     Ok(Shape {
         fit: fit_report(clip, last.as_ref(), &eyes),
-        landmarks68: landmarks68(head, &known.positions, slips),
+        landmarks68: landmarks68(head, &known.positions),
         points: last.as_ref().map_or(0, |m| m.structure.cloud.len()),
         rms_px: rms(clip, last.as_ref()),
         camera: known.camera,
@@ -121,10 +122,20 @@ pub fn measure_shape(
     })
 }
 
-/// The iBUG landmarks where the net sees them on this person: the anchors and how far it slips from them.
-pub fn landmarks68(head: &GenericHead, positions: &[Vec3], slips: &[Vec3]) -> Vec<Vec3> {
+/// The iBUG landmarks, head frame, metres.
+pub fn landmarks68(head: &GenericHead, positions: &[Vec3]) -> Vec<Vec3> {
     let all = head.landmarks(positions);
-    IBUG68.iter().map(|&i| all[i] + slips.get(i).copied().unwrap_or_else(Vec3::zeros)).collect()
+    IBUG68.iter().map(|&i| all[i]).collect()
+}
+
+/// The head with its features where the frames show them.
+fn align(head: &GenericHead, clip: &Clip, known: &Known) -> Result<Vec<Vec3>, FacewrightError> {
+    let frame = |(chosen, pose): (&ChosenFrame, &Transform)| {
+        let fitted = clip.landmark_fit.frames[chosen.index].as_ref()?;
+        Some(FeatureFrame { seen: &clip.seen[chosen.index], pose: *pose, expression: &fitted.expression })
+    };
+    let frames: Vec<FeatureFrame> = clip.chosen.iter().zip(&known.poses).filter_map(frame).collect();
+    Ok(align_features(head, &known.positions, &known.camera, &frames, &FeatureOptions::default())?)
 }
 
 /// `c_from_a` of `c_from_b` and `b_from_a`.

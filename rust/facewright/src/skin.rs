@@ -62,7 +62,7 @@ pub fn make_skin(
         ..BakeOptions::default()
     };
     let baked = bake_skin(head, positions, &views, &options, progress)?;
-    let (eyes, mut warnings) = make_eyes(clip);
+    let (eyes, mut warnings) = make_eyes(clip, skin_colour(&baked.texture));
     warnings.extend(baked.warnings.iter().map(ToString::to_string));
     let name = |i: usize| clip.chosen[i].index;
     let gains = picked.iter().zip(&baked.views).filter(|(_, v)| v.used).map(|(&i, v)| (name(i), v.gain)).collect();
@@ -100,8 +100,9 @@ fn bake_skin(
 }
 
 /// Both eyes side by side as the head's eye map wants them; an eye that no frame shows takes the other's colours.
-fn make_eyes(clip: &Clip) -> (RgbaImage, Vec<String>) {
-    let [left, right] = [0, 1].map(|side| measure(&eye_views(clip, side)));
+fn make_eyes(clip: &Clip, skin: Option<[f64; 3]>) -> (RgbaImage, Vec<String>) {
+    let unshaded = |eye: EyeColours| skin.map_or(eye.clone(), |s| eye.unshaded(s));
+    let [left, right] = [0, 1].map(|side| measure(&eye_views(clip, side)).map(unshaded));
     let mut warnings = Vec::new();
     if left.is_none() && right.is_none() {
         warnings.push("no frame shows the irises: the eyes got an average colour".to_owned());
@@ -110,6 +111,18 @@ fn make_eyes(clip: &Clip) -> (RgbaImage, Vec<String>) {
     let left_colours = left.as_ref().or(right.as_ref()).unwrap_or(&usual);
     let right_colours = right.as_ref().or(left.as_ref()).unwrap_or(&usual);
     (both_eyes(right_colours, left_colours), warnings)
+}
+
+/// The colour of the skin as the frames showed it: the upper quartile of each channel, because hair, beard and lips are darker.
+fn skin_colour(texture: &RgbaImage) -> Option<[f64; 3]> {
+    let seen: Vec<[u8; 3]> =
+        texture.pixels().step_by(61).filter(|p| p.0[3] == 255).map(|p| [p.0[0], p.0[1], p.0[2]]).collect();
+    let quartile = |c: usize| {
+        let mut values: Vec<u8> = seen.iter().map(|p| p[c]).collect();
+        values.sort_unstable();
+        values.get(3 * values.len() / 4).map(|&v| f64::from(v))
+    };
+    Some([quartile(0)?, quartile(1)?, quartile(2)?])
 }
 
 /// The subject's right eye in the left half.

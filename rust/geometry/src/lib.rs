@@ -4,6 +4,7 @@
 //! - [`Camera`]: pinhole with two radial terms; project, undistort.
 //! - [`Transform`]: rigid motion, always named `b_from_a`.
 //! - [`Similarity`]: rigid motion with scale, and its least-squares fit.
+//! - [`face_mesh`]: the numbering of the 468 landmarks.
 //! - [`mesh`]: triangles, quads, normals, closest points.
 //! - [`least_squares`]: robust losses and a dense Levenberg–Marquardt driver.
 //! - [`rbf`]: affine + radial basis function warps (paper, eq. 8–10).
@@ -16,6 +17,7 @@
 #![forbid(unsafe_code)]
 
 mod camera;
+pub mod face_mesh;
 pub mod least_squares;
 pub mod mesh;
 mod progress;

@@ -240,7 +240,7 @@ pub fn opening(generic: &GenericHead, side: usize, count: usize) -> Result<Vec<(
 }
 
 /// Edges between a wholly visible quad and one that is not.
-fn rim_edges(generic: &GenericHead) -> Vec<[u32; 2]> {
+pub(crate) fn rim_edges(generic: &GenericHead) -> Vec<[u32; 2]> {
     let quads = &generic.quads[generic.skin().quads.clone()];
     let (hidden, seen): (Vec<_>, Vec<_>) =
         quads.iter().copied().partition(|q| q.iter().any(|&v| generic.cavity[v as usize]));

@@ -130,4 +130,13 @@ impl GenericHead {
     pub fn landmarks(&self, positions: &[Vec3]) -> Vec<Vec3> {
         self.anchors.iter().map(|a| mesh::at_barycentric(positions, &a.triangle, &a.weights)).collect()
     }
+
+    /// What an expression adds to the landmarks: one weight per key, in their order.
+    pub fn landmark_offsets(&self, weights: &[f64]) -> Vec<Vec3> {
+        let mut offsets = vec![Vec3::zeros(); self.positions.len()];
+        for (key, &weight) in self.keys.iter().zip(weights).filter(|(_, w)| **w != 0.0) {
+            key.offsets.iter().for_each(|(vertex, offset)| offsets[*vertex as usize] += offset * weight);
+        }
+        self.landmarks(&offsets)
+    }
 }

@@ -4,6 +4,7 @@
 //! - [`GenericHead`]: topology, UVs, identity class, expression keys, landmark anchors.
 //! - [`fit::fit_landmarks`], [`fit::fit_cloud`]: from observations to the person's head.
 //! - [`deform`]: carries the whole head along with measured features.
+//! - [`features::align_features`]: lips, lids and brows slid to where the frames show them.
 //! - [`surface::SkinSurface`]: closest points on the skin.
 //! - [`transfer::KeyTransfer`]: all expression keys carried over to the person.
 //! - [`eyes`]: eyeballs fitted to sockets and irises; lashes, teeth and tongue. [`eyes_paper`]: the paper's eyes.
@@ -20,6 +21,7 @@ mod error;
 pub mod expressions;
 pub mod eyes;
 pub mod eyes_paper;
+pub mod features;
 pub mod fit;
 mod format;
 mod generic;
@@ -28,7 +30,6 @@ pub mod lips;
 pub mod surface;
 #[cfg(test)]
 mod testing;
-pub mod topology;
 pub mod transfer;
 pub mod visemes;
 pub mod warp;

@@ -7,7 +7,7 @@
 
 use geometry::{Mat3, Vec3};
 
-/// Reach of a vertex pair, metres: an eye's width.
+/// Usual reach of a vertex pair, metres: an eye's width.
 const REACH: f64 = 0.024;
 /// Fewest pairs that a map is fitted to.
 const LEAST: usize = 12;
@@ -19,6 +19,7 @@ pub struct LocalWarp<'a> {
     from: &'a [Vec3],
     to: &'a [Vec3],
     weights: &'a [f64],
+    reach: f64,
 }
 
 /// The warp at one place.
@@ -35,12 +36,17 @@ pub struct Local {
 impl<'a> LocalWarp<'a> {
     /// Of pairs `from[i] → to[i]`; pairs of weight zero are left out. The slices must be of one length.
     pub fn new(from: &'a [Vec3], to: &'a [Vec3], weights: &'a [f64]) -> Self {
-        Self { from, to, weights }
+        Self::with_reach(from, to, weights, REACH)
+    }
+
+    /// With another reach of the pairs, metres.
+    pub fn with_reach(from: &'a [Vec3], to: &'a [Vec3], weights: &'a [f64], reach: f64) -> Self {
+        Self { from, to, weights, reach }
     }
 
     /// The warp at a place; that of the nearest pairs when none lies within reach.
     pub fn at(&self, place: &Vec3) -> Local {
-        let mut reach = REACH;
+        let mut reach = self.reach;
         loop {
             let near = self.near(place, reach);
             if near.len() >= LEAST.min(self.from.len()) || reach > 1.0 {

@@ -48,6 +48,38 @@ impl EyeColours {
     pub fn plain(iris: [f64; 3], white: [f64; 3]) -> Self {
         Self { iris: [[iris; SECTORS]; RINGS], white, samples: 0 }
     }
+
+    /// Out of the shade of brow and lids, which a renderer makes anew: the white of an eye reflects at least as much as
+    /// the `skin` (sRGB 0…255) around it. The iris gets half of that (in stops): a few pixels wide, it has light of the white
+    /// in it already.
+    #[must_use]
+    pub fn unshaded(&self, skin: [f64; 3]) -> Self {
+        let gain = (luminance(skin) / luminance(self.white).max(1e-4)).clamp(1.0, MOST_SHADE);
+        let brighter = |colour: [f64; 3], gain: f64| colour.map(|c| from_linear(gain * to_linear(c)));
+        let iris = self.iris.map(|ring| ring.map(|c| brighter(c, gain.sqrt())));
+        Self { iris, white: brighter(self.white, gain), samples: self.samples }
+    }
+}
+
+/// Light that the deepest sockets keep off an eye, as a factor.
+const MOST_SHADE: f64 = 4.0;
+
+/// Relative luminance of an sRGB colour 0…255 (Rec. 709).
+fn luminance(colour: [f64; 3]) -> f64 {
+    let [r, g, b] = colour.map(to_linear);
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
+/// Linear light 0…1 of an sRGB value 0…255 (IEC 61966-2-1).
+fn to_linear(value: f64) -> f64 {
+    let v = value / 255.0;
+    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+}
+
+/// The inverse of [`to_linear`], no brighter than white.
+fn from_linear(light: f64) -> f64 {
+    let v = if light <= 0.003_130_8 { 12.92 * light } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 };
+    255.0 * v.min(1.0)
 }
 
 /// Measures an eye over frames; `None` when no frame shows enough of it.
@@ -234,6 +266,18 @@ mod tests {
         let iris = at(0.65 * LIMBUS_ANGLE);
         assert!(iris[2] > iris[0] + 50, "{iris:?}");
         assert!(at(1.3 * LIMBUS_ANGLE)[0] > 190);
+    }
+
+    #[test]
+    fn a_shaded_eye_becomes_as_bright_as_the_skin_and_a_bright_one_stays() {
+        let shaded = EyeColours::plain([40.0, 50.0, 60.0], [100.0, 95.0, 90.0]);
+        let skin = [180.0, 150.0, 130.0];
+        let eye = shaded.unshaded(skin);
+        assert!((luminance(eye.white) / luminance(skin) - 1.0).abs() < 1e-9);
+        let gain = |of: fn(&EyeColours) -> [f64; 3]| luminance(of(&eye)) / luminance(of(&shaded));
+        assert!((gain(|e| e.iris[0][0]).powi(2) / gain(|e| e.white) - 1.0).abs() < 1e-9);
+        let bright = EyeColours::plain([40.0, 50.0, 60.0], [220.0, 215.0, 210.0]);
+        assert!((bright.unshaded(skin).white[0] - 220.0).abs() < 1e-9);
     }
 
     #[test]

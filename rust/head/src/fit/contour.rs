@@ -1,7 +1,8 @@
 //! The jaw as a contour: the net draws it where the skin turns away from the camera, whatever skin that is in the view.
 
 use super::model::{LinearPoint, ShapeModel};
-use crate::{GenericHead, topology::JAW_LINE};
+use crate::GenericHead;
+use geometry::face_mesh::JAW_LINE;
 use geometry::{Camera, Transform, Vec2, Vec3, mesh};
 use std::collections::BTreeMap;
 

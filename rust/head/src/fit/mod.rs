@@ -25,6 +25,7 @@ pub(crate) mod testing;
 
 pub use cloud::{CloudFrame, CloudPoint, HeadFit, fit_cloud};
 pub use landmarks::fit_landmarks;
+pub(crate) use model::tangents;
 pub use size::HeadSize;
 
 use geometry::{Camera, Transform, Vec2, Vec3};

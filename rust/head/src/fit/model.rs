@@ -148,7 +148,7 @@ pub(crate) struct LandmarkModel {
 impl LandmarkModel {
     /// All landmarks but the outline of the face.
     pub fn new(head: &GenericHead, shape: &ShapeModel, normals: &[Vec3]) -> Self {
-        let on_skin = |i: &usize| !crate::topology::FACE_OVAL.contains(i) && head.anchors[*i].sigma.is_finite();
+        let on_skin = |i: &usize| !geometry::face_mesh::FACE_OVAL.contains(i) && head.anchors[*i].sigma.is_finite();
         let landmark = |index: usize| {
             let anchor = &head.anchors[index];
             let normal = (0..3).map(|k| normals[anchor.triangle[k] as usize] * anchor.weights[k]).sum::<Vec3>();

@@ -66,13 +66,20 @@ fn usual(pupil_distance: f64, iris: Option<f64>) -> f64 {
     (evidence.iter().map(|(log, sigma)| log * sigma.powi(-2)).sum::<f64>() / total).exp()
 }
 
-/// Median diameter of the irises in the head's own unit.
+/// Frames turned by more than this show the iris foreshortened, cosine.
+const IN_FRONT: f64 = 0.94;
+
+/// Median diameter of the irises in the head's own unit, over frames from in front where there are any.
 fn iris_diameter(eyes: &[Vec3; 2], camera: &Camera, frames: &[(&FrameObservation, Transform)]) -> Option<f64> {
     let middle = (eyes[0] + eyes[1]) / 2.0;
     let diameter = |(seen, pose): &(&FrameObservation, Transform)| {
         Some(seen.iris_diameter_px.filter(|d| *d > 0.0)? * pose.apply(&middle).z / camera.fx)
     };
-    let mut found: Vec<f64> = frames.iter().filter_map(diameter).collect();
+    let in_front = |(_, pose): &&(&FrameObservation, Transform)| -(pose.rotation * Vec3::z()).z > IN_FRONT;
+    let mut found: Vec<f64> = frames.iter().filter(in_front).filter_map(diameter).collect();
+    if found.is_empty() {
+        found = frames.iter().filter_map(diameter).collect();
+    }
     found.sort_by(f64::total_cmp);
     (!found.is_empty()).then(|| found[found.len() / 2])
 }

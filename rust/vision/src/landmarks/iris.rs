@@ -7,7 +7,7 @@ use super::LandmarkError;
 use super::crop::{Region, crop, mirrored};
 use super::mesh::{NET_INPUT, unit_from_net};
 use super::net::{Net, Threads};
-use super::topology::EYE_CORNERS;
+use geometry::face_mesh::EYE_CORNERS;
 use geometry::{Vec2, Vec3};
 use image::RgbImage;
 use std::path::Path;
@@ -29,7 +29,7 @@ pub struct Iris {
     /// Radius of the iris, pixels: its longer half-axis, as the iris is round.
     pub radius: f64,
     /// The edge of the lids, 16 pixels points: outer corner, lower lid, inner corner, upper lid, in the order of
-    /// [`topology::EYE_CONTOURS`](super::topology::EYE_CONTOURS).
+    /// [`EYE_CONTOURS`](geometry::face_mesh::EYE_CONTOURS).
     pub eye_contour: Vec<Vec2>,
     /// Area between the lids, in squares of the eye's width: about 0.2 open, 0.05 closed.
     pub openness: f64,

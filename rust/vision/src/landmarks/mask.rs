@@ -1,8 +1,8 @@
 //! Where in the picture the face's skin is.
 
 use super::Face;
-use super::topology::{FACE_OVAL, MOUTH_OPENING};
 use geometry::Vec2;
+use geometry::face_mesh::{FACE_OVAL, MOUTH_OPENING};
 use image::{GrayImage, Luma};
 
 /// What belongs to the mask.

@@ -7,7 +7,7 @@ use super::LandmarkError;
 use super::crop::{Border, Range, Region, crop, mirrored};
 use super::detector::sigmoid;
 use super::net::{Net, Threads};
-use super::topology::{LANDMARKS, MIRROR, OUTER_EYE_CORNERS};
+use geometry::face_mesh::{LANDMARKS, MIRROR, OUTER_EYE_CORNERS};
 use geometry::{Vec2, Vec3};
 use image::RgbImage;
 use std::path::Path;

@@ -17,7 +17,6 @@ mod iris;
 mod mask;
 mod mesh;
 mod net;
-pub mod topology;
 
 pub use detector::DetectedFace;
 pub use error::LandmarkError;
@@ -66,7 +65,7 @@ impl Face {
     /// Distance between the middles of the eyes (their corners' mean), pixels.
     pub fn eye_distance(&self) -> f64 {
         let middle = |ends: [usize; 2]| (self.points[ends[0]].xy() + self.points[ends[1]].xy()) / 2.0;
-        let [left, right] = topology::EYE_CORNERS.map(middle);
+        let [left, right] = geometry::face_mesh::EYE_CORNERS.map(middle);
         (left - right).norm()
     }
 
@@ -269,7 +268,7 @@ mod tests {
         let face = landmarker.find(&image).unwrap().unwrap();
         let mut other = landmarker.find(&image::imageops::flip_horizontal(&image)).unwrap().unwrap();
         let unflipped = |p: &Vec3| Vec3::new(f64::from(image.width() - 1) - p.x, p.y, p.z);
-        other.points = topology::MIRROR.map(|i| unflipped(&other.points[i])).to_vec();
+        other.points = geometry::face_mesh::MIRROR.map(|i| unflipped(&other.points[i])).to_vec();
         // The first look places the region, and it alone is not balanced: half a crop pixel remains.
         assert!(distance(&face, &other) < 0.02);
     }

@@ -1,4 +1,5 @@
-//! What the 468 points of the face mesh are: mirror images, contours, regions, uncertainties.
+//! What the 468 points of the face mesh are, which the landmark net finds and the generic head has as anchors: mirror
+//! images, contours, the iBUG scheme.
 //!
 //! # Conventions
 //! "Left" and "right" are the subject's. Pairs are `[left, right]`. The numbering is that of Google's MediaPipe face
@@ -60,10 +61,6 @@ pub const FACE_OVAL: [usize; 36] = [
     136, 172, 58, 132, 93, 234, 127, 162, 21, 54, 103, 67, 109,
 ];
 
-/// Upper lids, outer to inner corner.
-pub const UPPER_LIDS: [[usize; 9]; 2] = pair([33, 246, 161, 160, 159, 158, 157, 173, 133]);
-/// Lower lids, outer to inner corner.
-pub const LOWER_LIDS: [[usize; 9]; 2] = pair([33, 7, 163, 144, 145, 153, 154, 155, 133]);
 /// Around each eye: outer corner, lower lid, inner corner, upper lid.
 pub const EYE_CONTOURS: [[usize; 16]; 2] =
     pair([33, 7, 163, 144, 145, 153, 154, 155, 133, 173, 157, 158, 159, 160, 161, 246]);
@@ -91,55 +88,25 @@ pub const MOUTH_OPENING: [usize; 20] =
 
 /// The ridge of the nose, from between the eyes to the tip, then under it to the lip.
 pub const NOSE_RIDGE: [usize; 8] = [168, 6, 197, 195, 5, 4, 1, 2];
-/// The skin of the nose and its wings.
-pub const NOSE: [usize; 74] = [
-    1, 2, 3, 4, 5, 6, 19, 20, 44, 45, 48, 51, 59, 60, 64, 75, 79, 94, 97, 98, 99, 114, 115, 122, 125, 131, 134, 141,
-    168, 174, 188, 195, 196, 197, 198, 218, 220, 236, 237, 238, 241, 242, 248, 250, 274, 275, 278, 281, 289, 290, 294,
-    305, 309, 326, 327, 328, 343, 344, 351, 354, 360, 363, 370, 399, 412, 419, 420, 438, 440, 456, 457, 458, 461, 462,
+/// Under the nose from the right wing to the left.
+pub const NOSE_BASE: [usize; 7] = [129, 98, 97, 2, 326, 327, 358];
+
+/// The part of [`FACE_OVAL`] along the jaw, from the subject's left ear to the right: where the skin turns away from the viewer.
+#[rustfmt::skip]
+pub const JAW_LINE: [usize; 19] = [
+    323, 361, 288, 397, 365, 379, 378, 400, 377, 152, 148, 176, 149, 150, 136, 172, 58, 132, 93,
 ];
 
-/// Points away from the oval that still slide over the skin from person to person: jaw line, temples, in front of the
-/// ears, outer cheeks.
-pub const LOOSE: [usize; 31] = [
-    34, 71, 116, 123, 137, 138, 139, 143, 147, 171, 175, 177, 192, 213, 215, 227, 264, 301, 345, 352, 366, 367, 368,
-    372, 376, 396, 401, 416, 433, 435, 447,
-];
-
-/// The mesh points that come nearest to the 68 points of the iBUG scheme, in its order: jaw 0–16 from the right, right
-/// brow 17–21 from outside, left brow 22–26 from inside, nose 27–35, right eye 36–41, left eye 42–47, lips 48–67.
+/// The 68 landmarks of the iBUG scheme (Sagonas et al. 2013) among the 468 of the face mesh net: jaw from the subject's
+/// right ear over the chin to the left ear, right brow, left brow, nose bridge, nose base, right eye, left eye, outer lip, inner lip.
 #[rustfmt::skip]
 pub const IBUG68: [usize; 68] = [
-    127, 93, 132, 58, 136, 150, 176, 148, 152, 377, 400, 379, 365, 288, 361, 323, 356, // jaw
-    70, 63, 105, 66, 107, 336, 296, 334, 293, 300, // brows
-    8, 6, 195, 4, 98, 97, 2, 326, 327, // nose
-    33, 160, 158, 133, 153, 144, 362, 385, 387, 263, 373, 380, // eyes
-    61, 39, 37, 0, 267, 269, 291, 321, 314, 17, 84, 91, // outer lips
-    78, 82, 13, 312, 308, 317, 14, 87, // inner lips
+    127, 234, 93, 58, 172, 136, 149, 148, 152, 377, 378, 365, 397, 288, 323, 454, 356,
+    70, 63, 105, 66, 107, 336, 296, 334, 293, 300,
+    168, 6, 195, 4, 98, 97, 2, 326, 327,
+    33, 160, 158, 133, 153, 144, 362, 385, 387, 263, 373, 380,
+    61, 39, 37, 0, 267, 269, 291, 405, 314, 17, 84, 181, 78, 81, 13, 311, 308, 402, 14, 178,
 ];
-
-/// How far each point strays over the skin from person to person and view to view: one standard deviation, as a
-/// fraction of the distance between the eyes.
-///
-/// Measured on twelve rendered heads of one topology. Points of the oval are silhouette points; their figure only says
-/// that they must not be taken for places on the skin.
-pub fn standard_deviations() -> [f64; LANDMARKS] {
-    let mut deviations = [0.033; LANDMARKS];
-    let mut set = |points: &[usize], value: f64| points.iter().for_each(|&i| deviations[i] = value);
-    set(&NOSE, 0.032);
-    set(&LOOSE, 0.08);
-    set(&FACE_OVAL, 0.15);
-    set(LIPS_OUTER_UPPER.as_slice(), 0.03);
-    set(LIPS_OUTER_LOWER.as_slice(), 0.03);
-    set(&MOUTH_OPENING, 0.024);
-    BROWS_UPPER.iter().chain(&BROWS_LOWER).for_each(|brow| set(brow, 0.04));
-    EYE_CONTOURS.iter().for_each(|lids| set(lids, 0.02));
-    deviations
-}
-
-/// The points that may be taken for fixed places on the skin: all but the oval and the loose ones, in order.
-pub fn inner_face() -> Vec<usize> {
-    (0..LANDMARKS).filter(|i| !FACE_OVAL.contains(i) && !LOOSE.contains(i)).collect()
-}
 
 #[cfg(test)]
 mod tests {
@@ -165,9 +132,7 @@ mod tests {
             assert_eq!(reversed(&lip), lip);
         }
         assert_eq!(reversed(&FACE_OVAL[1..]), FACE_OVAL[1..]);
-        for set in [&NOSE[..], &LOOSE[..], &MOUTH_OPENING[..]] {
-            assert!(set.iter().all(|&i| set.contains(&MIRROR[i])));
-        }
+        assert!(MOUTH_OPENING.iter().all(|&i| MOUTH_OPENING.contains(&MIRROR[i])));
         assert!(NOSE_RIDGE.iter().all(|i| MIDDLE.contains(i)));
     }
 
@@ -182,11 +147,5 @@ mod tests {
         {
             assert_eq!(MIRROR[IBUG68[right]], IBUG68[left]);
         }
-    }
-
-    #[test]
-    fn the_inner_face_has_neither_oval_nor_loose_points() {
-        assert_eq!(inner_face().len(), LANDMARKS - 36 - LOOSE.iter().filter(|i| !FACE_OVAL.contains(i)).count());
-        assert!(standard_deviations().iter().all(|&d| d > 0.0));
     }
 }

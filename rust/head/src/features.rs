@@ -1,0 +1,261 @@
+//! Lips, lids, brows and nose where the frames show them.
+//!
+//! Distances of points from the skin say nothing about what slid along it: a head may lie within a third of a millimetre of
+//! the person and have its lips 3 mm too high, and then the picture's lips are painted on its chin. Here the features
+//! of the finished shape are compared with their landmarks in the frames that show the face from in front, and slid along
+//! the skin until they agree.
+//!
+//! # Entry point
+//! [`align_features`]
+
+use crate::deform::{Carried, DeformOptions, Feature, carry};
+use crate::fit::FrameObservation;
+use crate::{GenericHead, HeadError};
+use geometry::face_mesh::{
+    BROWS_LOWER, BROWS_UPPER, EYE_CONTOURS, LIPS_INNER_LOWER, LIPS_INNER_UPPER, LIPS_OUTER_LOWER, LIPS_OUTER_UPPER,
+    NOSE_BASE, NOSE_RIDGE,
+};
+use geometry::least_squares::Loss;
+use geometry::rbf::Kernel;
+use geometry::{Camera, Transform, Vec2, Vec3, mesh};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3x2};
+use std::collections::BTreeSet;
+
+/// A frame and what was found in it.
+#[derive(Clone, Copy, Debug)]
+pub struct FeatureFrame<'a> {
+    /// The landmarks.
+    pub seen: &'a FrameObservation,
+    /// `cam_from_head`.
+    pub pose: Transform,
+    /// What the frame's expression adds to the rest shape: a weight for each of the head's keys.
+    pub expression: &'a [f64],
+}
+
+/// How features are aligned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FeatureOptions {
+    /// Frames turned by more than this are not looked at, radians: from the side the net guesses.
+    pub largest_turn: f64,
+    /// How far features are off before they are aligned, metres, one standard deviation.
+    pub expected: f64,
+    /// How far the skin around a feature follows, metres.
+    pub reach: f64,
+}
+
+impl Default for FeatureOptions {
+    fn default() -> Self {
+        Self { largest_turn: 25.0_f64.to_radians(), expected: 0.003, reach: 0.02 }
+    }
+}
+
+/// Least frames that must show a feature.
+const LEAST_FRAMES: usize = 2;
+/// Steps of the robust mean over the frames.
+const STEPS: usize = 6;
+/// Skin steeper than this against the line of sight is not believed, cosine.
+const STEEPEST: f64 = 0.35;
+/// A frame whose landmark is off by more than this many standard deviations counts linearly only.
+const ROBUST_LIMIT: f64 = 1.5;
+
+/// Slides the features of a head (`positions`: all vertices at rest, metres) along the skin to where the frames show them;
+/// unchanged where no frame shows the face from in front.
+///
+/// # Errors
+/// As for [`carry`].
+pub fn align_features(
+    head: &GenericHead,
+    positions: &[Vec3],
+    camera: &Camera,
+    frames: &[FeatureFrame<'_>],
+    options: &FeatureOptions,
+) -> Result<Vec<Vec3>, HeadError> {
+    let front: Vec<&FeatureFrame> = frames.iter().filter(|f| turn(&f.pose) < options.largest_turn).collect();
+    let normals = mesh::vertex_normals(positions, &head.triangles(head.skin()));
+    let expressions: Vec<Vec<Vec3>> = front.iter().map(|f| head.landmark_offsets(f.expression)).collect();
+    let views: Vec<View> = front.iter().zip(&expressions).map(|(f, e)| View { frame: f, expression: e }).collect();
+    let features: Vec<Feature> = feature_landmarks()
+        .into_iter()
+        .filter_map(|index| observed(head, positions, &normals, camera, &views, index))
+        .collect();
+    if features.len() < LEAST_FEATURES {
+        return Ok(positions.to_vec());
+    }
+    let deform = DeformOptions {
+        kernel: Kernel::Exponential { length: options.reach },
+        expected: options.expected,
+        rest_distance: options.reach,
+        rest_sigma: 0.5 * options.expected,
+        ..DeformOptions::default()
+    };
+    let Carried { positions, .. } = carry(head, positions, &features, &deform)?;
+    Ok(positions)
+}
+
+/// Fewer features than this say nothing.
+const LEAST_FEATURES: usize = 12;
+
+/// Angle between the face's axis and the line of sight.
+fn turn(cam_from_head: &Transform) -> f64 {
+    (-(cam_from_head.rotation * Vec3::z()).z).clamp(-1.0, 1.0).acos()
+}
+
+/// The landmarks that are drawn on the face and not guessed from it, ascending.
+fn feature_landmarks() -> Vec<usize> {
+    let lips = [LIPS_OUTER_UPPER, LIPS_OUTER_LOWER, LIPS_INNER_UPPER, LIPS_INNER_LOWER];
+    let set: BTreeSet<usize> = EYE_CONTOURS
+        .iter()
+        .flatten()
+        .chain(lips.iter().flatten())
+        .chain(BROWS_UPPER.iter().flatten())
+        .chain(BROWS_LOWER.iter().flatten())
+        .chain(&NOSE_RIDGE)
+        .chain(&NOSE_BASE)
+        .copied()
+        .collect();
+    set.into_iter().collect()
+}
+
+/// A frame from in front.
+struct View<'a> {
+    frame: &'a FeatureFrame<'a>,
+    /// What its expression adds to each landmark, head frame.
+    expression: &'a [Vec3],
+}
+
+/// Where the frames show a landmark, in the tangent plane of its anchor.
+fn observed(
+    head: &GenericHead,
+    positions: &[Vec3],
+    normals: &[Vec3],
+    camera: &Camera,
+    views: &[View<'_>],
+    index: usize,
+) -> Option<Feature> {
+    let anchor = head.anchors.get(index).filter(|a| a.sigma.is_finite())?;
+    let place = mesh::at_barycentric(positions, &anchor.triangle, &anchor.weights);
+    let normal = mesh::at_barycentric(normals, &anchor.triangle, &anchor.weights).try_normalize(1e-12)?;
+    let tangents = Matrix3x2::from_columns(&crate::fit::tangents(&normal));
+    let sights: Vec<Sight> = views.iter().filter_map(|v| sight(v, index, &place, &normal)).collect();
+    if sights.len() < LEAST_FRAMES {
+        return None;
+    }
+    let slide = tangents * slide(camera, &sights, &place, &tangents)?;
+    Some(Feature { triangle: anchor.triangle, weights: anchor.weights, target: place + slide, sigma: anchor.sigma })
+}
+
+/// One frame's view of one landmark.
+struct Sight {
+    cam_from_head: Transform,
+    /// What the frame's expression adds, head frame.
+    expression: Vec3,
+    pixel: Vec2,
+    sigma_px: f64,
+    weight: f64,
+}
+
+fn sight(view: &View<'_>, index: usize, place: &Vec3, normal: &Vec3) -> Option<Sight> {
+    let frame = view.frame;
+    let (pixel, sigma_px) = (*frame.seen.landmarks.get(index)?, *frame.seen.sigma_px.get(index)?);
+    let eye = frame.pose.inverse().translation;
+    let facing = normal.dot(&(eye - place).normalize());
+    let seen = sigma_px > 0.0 && facing > STEEPEST;
+    seen.then(|| Sight {
+        cam_from_head: frame.pose,
+        expression: view.expression[index],
+        pixel,
+        sigma_px,
+        weight: facing * facing,
+    })
+}
+
+/// The slide along the tangents that agrees best with all frames: Gauss–Newton on robust reprojection errors.
+fn slide(camera: &Camera, sights: &[Sight], place: &Vec3, tangents: &Matrix3x2<f64>) -> Option<Vec2> {
+    let mut slide = Vec2::zeros();
+    for _ in 0..STEPS {
+        let (mut hessian, mut gradient) = (Matrix2::zeros(), Vec2::zeros());
+        for sight in sights {
+            let point = sight.cam_from_head.apply(&(place + sight.expression + tangents * slide));
+            let (pixel, by) = camera.project_with_jacobian(&point)?;
+            let residual = (pixel - sight.pixel) / sight.sigma_px;
+            let (_, robust) = Loss::Huber(ROBUST_LIMIT).evaluate(residual.norm_squared());
+            let by_point: Matrix2x3<f64> = by.point * sight.cam_from_head.rotation.matrix();
+            let by_slide = by_point * tangents / sight.sigma_px;
+            hessian += by_slide.transpose() * by_slide * (robust * sight.weight);
+            gradient += by_slide.transpose() * residual * (robust * sight.weight);
+        }
+        slide -= hessian.try_inverse()? * gradient;
+    }
+    slide.iter().all(|x| x.is_finite()).then_some(slide)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::testing::{camera, observe, toy_head, turn as turning};
+
+    /// A head whose features slid along the skin, and the expressionless frames that show it.
+    fn slid(head: &GenericHead) -> (Vec<Vec3>, Vec<FrameObservation>) {
+        let slide = |p: &Vec3| Vec3::new(0.002 * (40.0 * p.y).cos(), -0.003 * (30.0 * p.x).cos(), 0.0);
+        let normals = mesh::vertex_normals(&head.positions, &head.triangles(head.skin()));
+        let along = |(p, n): (&Vec3, &Vec3)| p + slide(p) - n * n.dot(&slide(p));
+        let truth: Vec<Vec3> = head.positions.iter().zip(&normals).map(along).collect();
+        let frames = turning(9).iter().enumerate().map(|(f, p)| observe(head, &truth, p, 0.3, 0.0, f as u64)).collect();
+        (truth, frames)
+    }
+
+    fn frames<'a>(seen: &'a [FrameObservation], expression: &'a [f64]) -> Vec<FeatureFrame<'a>> {
+        seen.iter().zip(turning(seen.len())).map(|(seen, pose)| FeatureFrame { seen, pose, expression }).collect()
+    }
+
+    /// Median distance of the features between two heads.
+    fn apart(head: &GenericHead, a: &[Vec3], b: &[Vec3]) -> f64 {
+        let (a, b) = (head.landmarks(a), head.landmarks(b));
+        let mut distances: Vec<f64> = feature_landmarks().into_iter().map(|i| (a[i] - b[i]).norm()).collect();
+        distances.sort_by(f64::total_cmp);
+        distances[distances.len() / 2]
+    }
+
+    fn align(head: &GenericHead, seen: &[FeatureFrame]) -> Vec<Vec3> {
+        // The toy's landmarks lie all over its face, far from one another.
+        let options = FeatureOptions { reach: 0.05, ..FeatureOptions::default() };
+        align_features(head, &head.positions, &camera(), seen, &options).unwrap()
+    }
+
+    #[test]
+    fn features_slide_to_where_the_frames_show_them() {
+        let mut head = toy_head();
+        head.anchors.iter_mut().for_each(|a| a.sigma = 0.0005);
+        let (truth, seen) = slid(&head);
+        let aligned = align(&head, &frames(&seen, &[0.0; 3]));
+        let (before, after) = (apart(&head, &head.positions, &truth), apart(&head, &aligned, &truth));
+        assert!(after < 0.2 * before, "{before} {after}");
+    }
+
+    #[test]
+    fn one_wrong_frame_and_an_expression_do_not_move_the_rest_shape() {
+        let head = toy_head();
+        let (truth, mut seen) = slid(&head);
+        let usual = apart(&head, &align(&head, &frames(&seen, &[0.0; 3])), &truth);
+        seen[4].landmarks.iter_mut().for_each(|p| *p += Vec2::new(12.0, 7.0));
+        let wrong = apart(&head, &align(&head, &frames(&seen, &[0.0; 3])), &truth);
+        assert!(wrong < 1.6 * usual, "{usual} {wrong}");
+        let mut speaking = truth.clone();
+        head.keys[0].offsets.iter().for_each(|(v, d)| speaking[*v as usize] += d * 0.7);
+        let poses = turning(9);
+        let seen: Vec<_> = poses.iter().map(|p| observe(&head, &speaking, p, 0.3, 0.0, 5)).collect();
+        let known = apart(&head, &align(&head, &frames(&seen, &[0.7, 0.0, 0.0])), &truth);
+        assert!(known < 1.6 * usual, "{usual} {known}");
+    }
+
+    #[test]
+    fn a_head_seen_from_the_side_only_is_left_as_it_is() {
+        let head = toy_head();
+        let (_, seen) = slid(&head);
+        let mut turned = frames(&seen, &[]);
+        let side = nalgebra::Rotation3::new(Vec3::new(0.0, 1.2, 0.0));
+        turned.iter_mut().for_each(|f| f.pose.rotation = side * f.pose.rotation);
+        assert_eq!(align(&head, &turned), head.positions);
+        assert_eq!(align(&head, &[]), head.positions);
+    }
+}
