@@ -1,5 +1,6 @@
 """An operator whose work goes on while the artist looks on: progress in the panel, Esc, one final step."""
 
+import textwrap
 import time
 from typing import Any, ClassVar
 
@@ -9,6 +10,10 @@ from .engine import Cancelled, FacewrightError
 from .jobs import POLL_SECONDS, Work, wait
 
 Result = set[str]
+
+# Of a side bar at scale 1: what tabs, frames and an icon take, and the mean width of a letter.
+SIDE_BAR_MARGIN_PX = 90
+CHARACTER_PX = 5.8
 
 
 class Running:
@@ -120,7 +125,17 @@ def idle(operator: type[bpy.types.Operator]) -> bool:
 
 
 def draw_progress(layout: bpy.types.UILayout) -> None:
-    """A bar with the present stage while something runs."""
-    if Running.active:
-        layout.progress(factor=Running.fraction, type="BAR", text=Running.stage)
-        layout.label(text="Esc cancels")
+    """The present stage of what runs, as a bar."""
+    row = layout.row()
+    row.scale_y = 1.5
+    row.progress(factor=Running.fraction, type="BAR", text=Running.stage.capitalize())
+    layout.label(text="Esc cancels")
+
+
+def draw_text(layout: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str = "NONE") -> None:
+    """A sentence in as many lines as the side bar needs; Blender would leave out the middle of a long one."""
+    width = context.region.width / context.preferences.system.ui_scale - SIDE_BAR_MARGIN_PX
+    column = layout.column(align=True)
+    for line in textwrap.wrap(text, max(16, int(width / CHARACTER_PX))):
+        column.label(text=line, icon=icon)
+        icon = "NONE" if icon == "NONE" else "BLANK1"

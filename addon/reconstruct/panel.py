@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..modal import draw_progress
+from ..modal import Running, draw_progress, draw_text
 from ..scene import head as scene_head
 from . import actions
 from .operators import FACEWRIGHT_OT_choose_clip, FACEWRIGHT_OT_expression, FACEWRIGHT_OT_reconstruct
@@ -21,17 +21,20 @@ class FACEWRIGHT_PT_clip(Side, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout, clip = self.layout, context.scene.facewright_clip
         row = layout.row(align=True)
-        row.prop(clip, "path", text="")
+        row.prop(clip, "path", text="", placeholder="Video or folder")
         row.operator(FACEWRIGHT_OT_choose_clip.bl_idname, text="", icon="FILE_MOVIE")
         layout.prop(clip, "use_range")
         if clip.use_range:
             row = layout.row(align=True)
             row.prop(clip, "first")
             row.prop(clip, "last")
+        # The bar takes the button's place: a button under a resting mouse would stay grey after the work.
+        if Running.active:
+            draw_progress(layout)
+            return
         row = layout.row()
         row.scale_y = 1.5
         row.operator(FACEWRIGHT_OT_reconstruct.bl_idname, icon="USER")
-        draw_progress(layout)
 
 
 class FACEWRIGHT_PT_advanced(Side, bpy.types.Panel):
@@ -41,12 +44,14 @@ class FACEWRIGHT_PT_advanced(Side, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, clip = self.layout, context.scene.facewright_clip
-        layout.use_property_split = True
+        layout.use_property_split, layout.use_property_decorate = True, False
         layout.prop(clip, "method")
         layout.prop(clip, "texture_size")
-        layout.prop(clip, "use_interocular")
-        if clip.use_interocular:
-            layout.prop(clip, "interocular_mm")
+        row = layout.row(heading="Pupils (mm)")
+        row.prop(clip, "use_interocular", text="")
+        value = row.row()
+        value.active = clip.use_interocular
+        value.prop(clip, "interocular_mm", text="")
 
 
 class FACEWRIGHT_PT_report(Side, bpy.types.Panel):
@@ -60,10 +65,11 @@ class FACEWRIGHT_PT_report(Side, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         text = scene_head.face(context.scene)[scene_head.REPORT]
+        column = self.layout.column(align=True)
         for line in actions.report_lines(text):
-            self.layout.label(text=line)
+            column.label(text=line)
         for warning in actions.warnings(text):
-            self.layout.label(text=warning, icon="ERROR")
+            draw_text(self.layout, context, warning[:1].upper() + warning[1:], icon="ERROR")
 
 
 class FACEWRIGHT_PT_expressions(Side, bpy.types.Panel):

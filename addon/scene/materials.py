@@ -55,6 +55,8 @@ def material(look: Look, picture: bpy.types.Image | None) -> bpy.types.Material:
         return existing
     made = bpy.data.materials.new(look.name)
     made.use_nodes = True
+    # Solid view knows no nodes: without this, lashes and tongue are white there.
+    made.diffuse_color = look.colour
     tree = made.node_tree
     shader = next(node for node in tree.nodes if node.type == "BSDF_PRINCIPLED")
     shader.inputs["Roughness"].default_value = look.roughness

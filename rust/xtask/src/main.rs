@@ -9,6 +9,7 @@ mod demo;
 mod environment;
 mod fetch;
 mod generic_head;
+mod gui;
 mod run;
 mod test;
 
@@ -37,7 +38,11 @@ enum Task {
         out: PathBuf,
     },
     /// Runs every test
-    Test,
+    Test {
+        /// Also in a real Blender window; needs root
+        #[arg(long)]
+        gui: bool,
+    },
     /// Formatting, lints, documentation, types, layers
     Check,
     /// Builds the generic head and the landmark nets into target/assets
@@ -51,7 +56,7 @@ enum Task {
 fn main() -> anyhow::Result<()> {
     match Arguments::parse().task {
         Task::Demo { clip, frames, out } => demo::demo(clip.as_deref(), frames.as_deref(), &out),
-        Task::Test => test::test(),
+        Task::Test { gui } => test::test(gui),
         Task::Check => check::check(),
         Task::Head => generic_head::build().map(drop),
         Task::Addon => addon::build().map(drop),

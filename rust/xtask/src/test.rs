@@ -2,10 +2,10 @@
 
 use crate::environment::{BLENDER_4_5, BLENDER_5_0, Environment};
 use crate::run::{cargo, root, run, say};
-use crate::{addon, generic_head};
+use crate::{addon, generic_head, gui};
 
-/// Every test: Rust, Python, Blender 4.5 and 5.0.
-pub fn test() -> anyhow::Result<()> {
+/// Every test: Rust, Python, Blender 4.5 and 5.0; Blender 4.3 in a real window if wanted.
+pub fn test(window: bool) -> anyhow::Result<()> {
     generic_head::build()?;
     say("Rust");
     run(&mut cargo(&["build", "--release", "--package", "facewright"]))?;
@@ -17,7 +17,7 @@ pub fn test() -> anyhow::Result<()> {
         say(&format!("Blender {}", environment.version()));
         pytest(environment, "tests/blender", &zip)?;
     }
-    Ok(())
+    if window { gui::gui(&zip) } else { Ok(()) }
 }
 
 fn pytest(environment: &Environment, folder: &str, zip: &std::path::Path) -> anyhow::Result<()> {

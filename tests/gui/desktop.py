@@ -1,0 +1,55 @@
+"""A virtual screen with a mouse and a keyboard."""
+
+import os
+import subprocess
+from pathlib import Path
+
+SIZE = (1280, 800)
+
+
+class Desktop:
+    """An X server without a screen, as a context."""
+
+    def __enter__(self) -> "Desktop":
+        read, write = os.pipe()
+        screen = ["-screen", "0", f"{SIZE[0]}x{SIZE[1]}x24", "+extension", "GLX", "-nolisten", "tcp"]
+        self._server = subprocess.Popen(
+            ["Xvfb", "-displayfd", str(write), *screen], pass_fds=[write], stderr=subprocess.DEVNULL
+        )
+        os.close(write)
+        with os.fdopen(read) as display:
+            number = display.readline().strip()
+        if not number:
+            raise RuntimeError("Xvfb does not start: no window can be opened")
+        self.display = f":{number}"
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._server.terminate()
+        self._server.wait()
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """The environment of a program that shall open its window here."""
+        return os.environ | {"DISPLAY": self.display, "LIBGL_ALWAYS_SOFTWARE": "1"}
+
+    def point(self, x: int, y: int) -> None:
+        """Move the mouse; from the upper left corner of the screen."""
+        # Two motions, because Blender finds the button under the mouse while the mouse moves.
+        self._hand("mousemove", str(x - 2), str(y), "mousemove", str(x), str(y))
+
+    def click(self) -> None:
+        self._hand("click", "1")
+
+    def press(self, key: str) -> None:
+        """Press a key or keys by the X names: `Escape`, `ctrl+z`."""
+        self._hand("key", key)
+
+    def picture(self, path: Path, rectangle: tuple[int, int, int, int] | None = None) -> None:
+        """Save what is on the screen, or a part of it (left, top, width, height)."""
+        left, top, width, height = rectangle or (0, 0, *SIZE)
+        part = ["-crop", f"{width}x{height}+{left}+{top}", "+repage", "-strip", "-define", "png:compression-level=9"]
+        subprocess.run(["import", "-window", "root", *part, str(path)], env=self.environment, check=True)
+
+    def _hand(self, *actions: str) -> None:
+        subprocess.run(["xdotool", *actions], env=self.environment, check=True)
