@@ -12,7 +12,6 @@ from .calibrate.operators import (
 from .calibrate.panel import FACEWRIGHT_PT_camera
 from .calibrate.properties import FacewrightCamera
 from .reconstruct.operators import (
-    FACEWRIGHT_OT_choose_clip,
     FACEWRIGHT_OT_expression,
     FACEWRIGHT_OT_reconstruct,
 )
@@ -32,7 +31,6 @@ CLASSES: tuple[type, ...] = (
     FACEWRIGHT_OT_open_camera,
     FACEWRIGHT_OT_forget_camera,
     FACEWRIGHT_OT_save_board,
-    FACEWRIGHT_OT_choose_clip,
     FACEWRIGHT_OT_reconstruct,
     FACEWRIGHT_OT_expression,
     FACEWRIGHT_PT_camera,

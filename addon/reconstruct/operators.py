@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..engine import FacewrightError, Reconstruction
+from ..engine import Reconstruction
 from ..jobs import Work
 from ..modal import Result, WorkOperator, idle
 from ..scene import head as scene_head
@@ -14,11 +14,12 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
 
     bl_idname = "facewright.reconstruct"
     bl_label = "Reconstruct Face"
-    bl_options = {"REGISTER", "UNDO"}
+    # Not REGISTER: the redo panel would run it all again, blocking, at every change.
+    bl_options = {"UNDO"}
 
     output: bpy.props.StringProperty(
         name="Result Folder",
-        description="Also write head.glb, texture.png, eyes.png and report.json here",
+        description="Also write head.glb, texture.png, eyes.png and report.json here; the scene's own folder if empty",
         subtype="DIR_PATH",
         options={"SKIP_SAVE"},
     )
@@ -45,37 +46,15 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
         return actions.reconstructed(source, settings)
 
     def finish(self, context: bpy.types.Context, result: Reconstruction) -> str:
-        if self.output:
-            result.write(bpy.path.abspath(self.output))
-        face = scene_head.place(context.scene, result)
+        folder = self.output or context.scene.facewright_clip.output
+        if folder:
+            result.write(bpy.path.abspath(folder))
+        face = scene_head.place(context.scene, result, context.collection)
+        for obj in context.selected_objects:
+            obj.select_set(False)
+        face.select_set(True)
         context.view_layer.objects.active = face
         return "; ".join([*actions.report_lines(result.report)[:1], *actions.warnings(result.report)])
-
-
-class FACEWRIGHT_OT_choose_clip(bpy.types.Operator):
-    """Choose a video, or a frame of an image sequence"""
-
-    bl_idname = "facewright.choose_clip"
-    bl_label = "Choose Clip"
-    bl_options = {"REGISTER", "UNDO"}
-
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
-    filter_movie: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
-    filter_image: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
-    filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
-
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> Result:
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
-
-    def execute(self, context: bpy.types.Context) -> Result:
-        try:
-            actions.check(actions.Source(bpy.path.abspath(self.filepath)))
-        except FacewrightError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        context.scene.facewright_clip.path = self.filepath
-        return {"FINISHED"}
 
 
 class FACEWRIGHT_OT_expression(bpy.types.Operator):

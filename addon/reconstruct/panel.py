@@ -5,7 +5,7 @@ import bpy
 from ..modal import Running, draw_progress, draw_text
 from ..scene import head as scene_head
 from . import actions
-from .operators import FACEWRIGHT_OT_choose_clip, FACEWRIGHT_OT_expression, FACEWRIGHT_OT_reconstruct
+from .operators import FACEWRIGHT_OT_expression, FACEWRIGHT_OT_reconstruct
 
 
 class Side:
@@ -20,9 +20,7 @@ class FACEWRIGHT_PT_clip(Side, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, clip = self.layout, context.scene.facewright_clip
-        row = layout.row(align=True)
-        row.prop(clip, "path", text="", placeholder="Video or folder")
-        row.operator(FACEWRIGHT_OT_choose_clip.bl_idname, text="", icon="FILE_MOVIE")
+        layout.prop(clip, "path", text="", placeholder="Video or folder")
         layout.prop(clip, "use_range")
         if clip.use_range:
             row = layout.row(align=True)
@@ -52,6 +50,7 @@ class FACEWRIGHT_PT_advanced(Side, bpy.types.Panel):
         value = row.row()
         value.active = clip.use_interocular
         value.prop(clip, "interocular_mm", text="")
+        layout.prop(clip, "output", placeholder="Optional")
 
 
 class FACEWRIGHT_PT_report(Side, bpy.types.Panel):

@@ -32,3 +32,8 @@ class FacewrightClip(bpy.types.PropertyGroup):
     interocular_mm: bpy.props.FloatProperty(
         name="Eye Distance", description="Distance between the pupils, millimetres", default=63.0, min=40.0, max=90.0
     )
+    output: bpy.props.StringProperty(
+        name="Result Folder",
+        description="Also write head.glb, texture.png, eyes.png and report.json here",
+        subtype="DIR_PATH",
+    )

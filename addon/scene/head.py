@@ -26,15 +26,20 @@ def part_objects(scene: bpy.types.Scene) -> dict[str, bpy.types.Object]:
     return {str(name): found[name] for name in found}
 
 
-def place(scene: bpy.types.Scene, head: Reconstruction) -> bpy.types.Object:
-    """Put a head into a scene, or bring the one that is there up to date. Gives back the skin object, `Face`."""
+def place(
+    scene: bpy.types.Scene, head: Reconstruction, collection: bpy.types.Collection | None = None
+) -> bpy.types.Object:
+    """Put a head into a collection of a scene (None: its own), or bring the one that is in the scene up to date.
+
+    Gives back the skin object, `Face`.
+    """
     objects = part_objects(scene)
     pictures = {"Face skin": image("Face skin", head.texture), "Face eyes": image("Face eyes", head.eyes)}
     skin = objects.get(SKIN)
     for name, vertices, quads in head.parts:
         obj = objects.get(name)
         if obj is None or len(obj.data.vertices) != vertices[1] - vertices[0]:
-            obj = _new_object(scene, name, skin)
+            obj = _new_object(collection or scene.collection, name, skin)
             _build_mesh(obj.data, head, vertices, quads)
         look = LOOKS[name]
         if not obj.data.materials:
@@ -67,11 +72,11 @@ def set_keys(skin: bpy.types.Object, values: dict[str, float], frame: float | No
         block.value = value
 
 
-def _new_object(scene: bpy.types.Scene, name: str, skin: bpy.types.Object | None) -> bpy.types.Object:
+def _new_object(collection: bpy.types.Collection, name: str, skin: bpy.types.Object | None) -> bpy.types.Object:
     title = "Face" if name == SKIN else f"Face {name}"
     obj = bpy.data.objects.new(title, bpy.data.meshes.new(title))
     obj[PART] = name
-    scene.collection.objects.link(obj)
+    collection.objects.link(obj)
     if skin is not None:
         obj.parent = skin
     return obj
