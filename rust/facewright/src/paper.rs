@@ -14,7 +14,7 @@ use crate::shape::{Known, Shape, finish_eyes, landmarks68};
 use crate::{FacewrightError, FitReport, SourcedCamera};
 use geometry::face_mesh::FACE_OVAL;
 use geometry::rbf::{RbfOptions, RbfWarp};
-use geometry::{Camera, Progress, Similarity, Transform, Vec2, Vec3};
+use geometry::{Camera, Progress, Similarity, Transform, Vec2, Vec3, mesh};
 use head::GenericHead;
 use motion::resect::{ResectOptions, resect};
 use motion::triangulate::triangulate;
@@ -28,8 +28,31 @@ const FARTHEST_FEATURE: f64 = 0.025;
 /// Usual distance of the pupils, metres.
 const PUPILS: f64 = 0.063;
 
+/// Skin steeper than this against the line of sight hides its features, cosine.
+const STEEPEST: f64 = 0.2;
+
 /// One feature point: which landmark, and where.
 type Feature = (usize, Vec3);
+
+/// An image and its features.
+struct FeatureView {
+    /// `cam_from_x`, in the frame of the structure.
+    pose: Transform,
+    /// Normalised coordinates of all landmarks.
+    rays: Vec<Vec2>,
+    /// Which of them can be seen there: of the others the net only guesses the place.
+    visible: Vec<bool>,
+}
+
+/// Leaves out the frames whose features the net only guesses: the paper's images are near-frontal.
+pub fn keep_trusted(clip: &mut Clip) {
+    let (fit, verdicts) = (&clip.landmark_fit, &mut clip.verdicts);
+    let trusted = |index: usize| fit.frames[index].as_ref().is_some_and(|f| f.trusted);
+    clip.chosen.retain(|c| trusted(c.index));
+    for (_, verdict) in verdicts.iter_mut().enumerate().filter(|(i, v)| v.is_ok() && !trusted(*i)) {
+        *verdict = Err("seen too much from the side for features marked from in front".to_owned());
+    }
+}
 
 /// Measures the shape as the paper does.
 pub fn shape(
@@ -46,12 +69,17 @@ pub fn shape(
     let features = features(head);
     let rays = |chosen: &ChosenFrame| rays(clip, chosen, &camera);
     let motion = two_frame_motion((first, second), &features, &[rays(first), rays(second)], &camera)?;
-    let pair = [(Transform::identity(), rays(first)), (motion, rays(second))];
+    let view = |chosen: &ChosenFrame, pose| FeatureView {
+        pose,
+        rays: rays(chosen),
+        visible: visible(head, &clip.pose(chosen)),
+    };
+    let pair = [view(first, Transform::identity()), view(second, motion)];
     let cloud = triangulate_features(&features, &pair);
     let head_from_a = align(head, &cloud)?;
     let pose_a = head_from_a.move_pose(&Transform::identity());
     let structure: Vec<Feature> = cloud.iter().map(|(i, p)| (*i, head_from_a.apply(p))).collect();
-    let (poses, structure) = add_images(clip, &camera, (a, pose_a), structure, progress)?;
+    let (poses, structure) = add_images(head, clip, &camera, (a, pose_a), structure, progress)?;
     let warped = interpolate(head, &structure)?;
     let (positions, poses, structure) = to_size(head, warped, poses, structure, interocular.unwrap_or(PUPILS));
     let rms_px = clip.chosen.iter().zip(&poses).map(|(c, pose)| rms(&structure, &rays(c), pose, &camera)).collect();
@@ -87,7 +115,8 @@ fn choose_pair(clip: &Clip) -> (usize, usize) {
     pairs.min_by(|x, y| cost(x).total_cmp(&cost(y))).unwrap_or((0, 0))
 }
 
-/// The motion between two frames, from matched corners and the feature points together.
+/// The motion between two frames: eight points from matched corners and feature points together, refined on the corners, which
+/// are matched more finely than the net marks features.
 fn two_frame_motion(
     (a, b): (&ChosenFrame, &ChosenFrame),
     features: &[usize],
@@ -97,11 +126,13 @@ fn two_frame_motion(
     let pyramids: [Pyramid; 2] = [a.pyramid.clone(), b.pyramid.clone()];
     let matches = paper_matches(&pyramids, &a.mask, &MatchOptions::default())?;
     let kept: Vec<_> = matches.iter().filter(|m| m.4 == 1).collect();
-    let mut in_a: Vec<Vec2> = kept.iter().map(|m| camera.normalise(&Vec2::new(m.0, m.1))).collect();
-    let mut in_b: Vec<Vec2> = kept.iter().map(|m| camera.normalise(&Vec2::new(m.2, m.3))).collect();
-    in_a.extend(features.iter().map(|&i| rays[0][i]));
-    in_b.extend(features.iter().map(|&i| rays[1][i]));
-    Ok(two_view::paper(&in_a, &in_b)?.b_from_a)
+    let in_a: Vec<Vec2> = kept.iter().map(|m| camera.normalise(&Vec2::new(m.0, m.1))).collect();
+    let in_b: Vec<Vec2> = kept.iter().map(|m| camera.normalise(&Vec2::new(m.2, m.3))).collect();
+    let and_features = |corners: &[Vec2], rays: &[Vec2]| -> Vec<Vec2> {
+        corners.iter().copied().chain(features.iter().map(|&i| rays[i])).collect()
+    };
+    let start = two_view::paper(&and_features(&in_a, &rays[0]), &and_features(&in_b, &rays[1]))?.b_from_a;
+    Ok(two_view::refine_epipolar_trimmed(&in_a, &in_b, &start))
 }
 
 /// Landmarks that are points of the skin, not of its outline.
@@ -114,9 +145,22 @@ fn rays(clip: &Clip, chosen: &ChosenFrame, camera: &Camera) -> Vec<Vec2> {
     clip.seen[chosen.index].landmarks.iter().map(|p| camera.normalise(p)).collect()
 }
 
-fn triangulate_features(features: &[usize], views: &[(Transform, Vec<Vec2>)]) -> Vec<Feature> {
+/// Which landmarks face the camera on the general head.
+fn visible(head: &GenericHead, cam_from_head: &Transform) -> Vec<bool> {
+    let normals = mesh::vertex_normals(&head.positions, &head.triangles(head.skin()));
+    let eye = cam_from_head.inverse().translation;
+    let faces = |anchor: &head::Anchor| {
+        let place = mesh::at_barycentric(&head.positions, &anchor.triangle, &anchor.weights);
+        let normal = mesh::at_barycentric(&normals, &anchor.triangle, &anchor.weights);
+        normal.dot(&(eye - place)) > STEEPEST * normal.norm() * (eye - place).norm()
+    };
+    head.anchors.iter().map(faces).collect()
+}
+
+/// The features that at least two of the views see.
+fn triangulate_features(features: &[usize], views: &[FeatureView]) -> Vec<Feature> {
     let place = |&i: &usize| {
-        let seen: Vec<(Transform, Vec2)> = views.iter().map(|(pose, rays)| (*pose, rays[i])).collect();
+        let seen: Vec<(Transform, Vec2)> = views.iter().filter(|v| v.visible[i]).map(|v| (v.pose, v.rays[i])).collect();
         Some((i, triangulate(&seen)?.point))
     };
     features.iter().filter_map(place).collect()
@@ -139,36 +183,41 @@ fn align(head: &GenericHead, cloud: &[Feature]) -> Result<Similarity, Facewright
     fitted.ok_or(FacewrightError::TooFewMatches { found: cloud.len() })
 }
 
-/// Resects the other images, those nearest in direction first, and triangulates the features anew after each.
+/// Resects the other images, those nearest in direction first, each from the nearest one before, and triangulates the features
+/// anew after each.
 fn add_images(
+    head: &GenericHead,
     clip: &Clip,
     camera: &Camera,
     (first, pose): (usize, Transform),
     mut structure: Vec<Feature>,
     progress: &Progress,
 ) -> Result<(Vec<Transform>, Vec<Feature>), FacewrightError> {
+    let turn = |i: usize, j: usize| clip.pose(&clip.chosen[i]).angle_to(&clip.pose(&clip.chosen[j]));
     let mut order: Vec<usize> = (0..clip.chosen.len()).collect();
-    let turn = |i: usize| clip.pose(&clip.chosen[i]).angle_to(&clip.pose(&clip.chosen[first]));
-    order.sort_by(|&i, &j| turn(i).total_cmp(&turn(j)));
-    let mut poses = vec![None; clip.chosen.len()];
+    order.sort_by(|&i, &j| turn(i, first).total_cmp(&turn(j, first)));
     let options = ResectOptions { threshold: 6.0 / camera.fx, ..ResectOptions::default() };
-    let total = order.len();
-    let mut views: Vec<(Transform, Vec<Vec2>)> = Vec::new();
-    for (done, i) in order.into_iter().enumerate() {
-        progress.step(done, total)?;
-        let seen = rays(clip, &clip.chosen[i], camera);
-        let normalised: Vec<Vec2> = structure.iter().map(|(landmark, _)| seen[*landmark]).collect();
-        let points: Vec<Vec3> = structure.iter().map(|f| f.1).collect();
-        let start = views.last().map_or(pose, |view| view.0);
-        let found = if i == first { pose } else { resect(&points, &normalised, Some(start), &options)?.cam_from_x };
-        poses[i] = Some(found);
-        views.push((found, seen));
+    let wanted: Vec<usize> = structure.iter().map(|f| f.0).collect();
+    let mut views: Vec<FeatureView> = Vec::new();
+    for (done, &i) in order.iter().enumerate() {
+        progress.step(done, order.len())?;
+        let chosen = &clip.chosen[i];
+        let mut view =
+            FeatureView { pose, rays: rays(clip, chosen, camera), visible: visible(head, &clip.pose(chosen)) };
+        if let Some(near) = (0..done).min_by(|&a, &b| turn(order[a], i).total_cmp(&turn(order[b], i))) {
+            let seen: Vec<&Feature> = structure.iter().filter(|f| view.visible[f.0]).collect();
+            let normalised: Vec<Vec2> = seen.iter().map(|f| view.rays[f.0]).collect();
+            let points: Vec<Vec3> = seen.iter().map(|f| f.1).collect();
+            view.pose = resect(&points, &normalised, Some(views[near].pose), &options)?.cam_from_x;
+        }
+        views.push(view);
         if views.len() >= 3 {
-            let wanted: Vec<usize> = structure.iter().map(|f| f.0).collect();
             structure = triangulate_features(&wanted, &views);
         }
     }
-    Ok((poses.into_iter().flatten().collect(), structure))
+    let mut poses = vec![Transform::identity(); views.len()];
+    order.iter().zip(&views).for_each(|(&i, view)| poses[i] = view.pose);
+    Ok((poses, structure))
 }
 
 /// Eq. 8–10: the general head's features take their measured places, the rest follows.

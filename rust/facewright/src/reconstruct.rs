@@ -58,7 +58,10 @@ pub fn reconstruct(
     }
     let mut clock = Clock::start();
     let sourced = starting_camera(frames, options.camera.as_ref())?;
-    let clip = Clip::look(frames, assets, &sourced, options.interocular, progress)?;
+    let mut clip = Clip::look(frames, assets, &sourced, options.interocular, progress)?;
+    if options.method == Method::Paper {
+        paper::keep_trusted(&mut clip);
+    }
     clock.lap("landmarks");
     let shape = match options.method {
         Method::Default => measure_shape(&clip, &assets.head, &sourced, options.interocular, progress)?,

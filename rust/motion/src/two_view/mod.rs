@@ -21,7 +21,7 @@ pub use consensus::robust;
 pub use eight_point::eight_point;
 pub use essential::{decompose, essential_of, pose_from_essential};
 pub use five_point::five_point;
-pub use refine::{refine_epipolar, refine_sampson};
+pub use refine::{refine_epipolar, refine_epipolar_trimmed, refine_sampson};
 
 use crate::MotionError;
 use crate::triangulate::triangulate;

@@ -14,6 +14,29 @@ pub fn refine_epipolar(a: &[Vec2], b: &[Vec2], start: &Transform) -> Transform {
     minimise(a, b, start, (50, 1e-10), epipolar_distances, |squared| (squared, 1.0))
 }
 
+/// [`refine_epipolar`] on the matches that lie near their epipolar lines, again and again as the lines move: what the paper's
+/// local adjustment leaves of the mismatches is dropped.
+pub fn refine_epipolar_trimmed(a: &[Vec2], b: &[Vec2], start: &Transform) -> Transform {
+    let mut motion = *start;
+    for _ in 0..TRIMMINGS {
+        let essential = essential_of(&motion);
+        let distances: Vec<f64> = a.iter().zip(b).map(|(a, b)| sampson_squared(&essential, a, b).sqrt()).collect();
+        let mut sorted = distances.clone();
+        sorted.sort_by(f64::total_cmp);
+        let limit = TRIM_LIMIT * sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+        let near = |list: &[Vec2]| -> Vec<Vec2> {
+            list.iter().zip(&distances).filter(|(_, d)| **d <= limit).map(|(p, _)| *p).collect()
+        };
+        motion = refine_epipolar(&near(a), &near(b), &motion);
+    }
+    motion
+}
+
+/// Times that the near matches are chosen anew.
+const TRIMMINGS: usize = 8;
+/// Farther than this many times the median is not near: 2.5 standard deviations of a normal distribution.
+const TRIM_LIMIT: f64 = 2.5 * 1.4826;
+
 /// Minimises a robust loss of Sampson's distances over `sigma`, their standard deviation in normalised units.
 pub fn refine_sampson(a: &[Vec2], b: &[Vec2], start: &Transform, sigma: f64, loss: Loss) -> Transform {
     let s2 = sigma * sigma;

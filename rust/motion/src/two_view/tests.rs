@@ -230,3 +230,19 @@ fn all_four_motions_of_an_essential_matrix_give_it_back() {
     }
     assert!(decompose(&geometry::Mat3::zeros()).is_none());
 }
+
+#[test]
+fn trimming_frees_the_papers_refinement_from_mismatches() {
+    // From the motion that features marked five times less finely give.
+    let errors = |outliers: f64, refine: fn(&[Vec2], &[Vec2], &Transform) -> Transform| -> f64 {
+        let error = |seed| {
+            let (coarse, fine) = (pair(seed, 12.0, 66, 0.0, 1.5), pair(seed, 12.0, 66, outliers, 0.3));
+            let start = refine_epipolar(&coarse.a, &coarse.b, &coarse.b_from_a);
+            errors_deg(&refine(&fine.a, &fine.b, &start), &fine.b_from_a).0
+        };
+        median((0..20).map(error).collect())
+    };
+    let (plain, trimmed) = (errors(0.2, refine_epipolar), errors(0.2, refine_epipolar_trimmed));
+    let clean = errors(0.0, refine_epipolar);
+    assert!(trimmed < 1.5 * clean && plain > 4.0 * trimmed, "{plain} {trimmed} {clean}");
+}
