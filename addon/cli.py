@@ -60,6 +60,7 @@ def run(arguments: list[str]) -> int:
             method=wanted.method,
             texture_size=wanted.texture_size,
             interocular_mm=wanted.interocular_mm,
+            output=wanted.output,
         )
         result = wait(actions.reconstructed(actions.Source(wanted.clip, wanted.frames), settings))
         result.write(wanted.output)

@@ -2,6 +2,7 @@
 
 import textwrap
 import time
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 import bpy
@@ -29,6 +30,8 @@ class WorkOperator:
 
     _work: Work[Any] | None = None
     _timer: bpy.types.Timer | None = None
+    # Of `bpy.types.Operator`, the other base.
+    report: Callable[[set[str], str], None]
 
     def start(self, context: bpy.types.Context) -> Work[Any]:
         raise NotImplementedError

@@ -8,6 +8,7 @@ from typing import Literal
 from facewright import Cancelled, FacewrightError, Job, Reconstruction
 from facewright import board_svg as board_svg
 from facewright import calibrate as _calibrate
+from facewright import check_folder as check_folder
 from facewright import generic_head as _generic_head
 from facewright import reconstruct as _reconstruct
 
@@ -19,6 +20,7 @@ __all__ = [
     "assets_folder",
     "board_svg",
     "calibrate",
+    "check_folder",
     "generic_head",
     "reconstruct",
 ]

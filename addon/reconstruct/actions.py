@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..engine import FacewrightError, Method, Reconstruction, reconstruct
+from ..engine import FacewrightError, Method, Reconstruction, check_folder, reconstruct
 from ..jobs import Work, watch
 from ..scene import video
 
@@ -22,17 +22,20 @@ class Source:
 
 @dataclass(frozen=True)
 class Settings:
-    """How to reconstruct; `camera` is the text of a camera.json."""
+    """How to reconstruct; `camera` is the text of a camera.json, `output` a folder that will hold the files."""
 
     camera: str | None = None
     method: Method = "default"
     texture_size: int = 2048
     interocular_mm: float | None = None
+    output: str | None = None
 
 
 def reconstructed(source: Source, settings: Settings) -> Work[Reconstruction]:
     """Decode the clip if it is a video, then reconstruct."""
     check(source)
+    if settings.output:
+        check_folder(settings.output)
     return _reconstructed(source, settings)
 
 

@@ -42,19 +42,23 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
             method=clip.method,
             texture_size=int(clip.texture_size),
             interocular_mm=clip.interocular_mm if clip.use_interocular else None,
+            output=self._folder(context),
         )
         return actions.reconstructed(source, settings)
 
     def finish(self, context: bpy.types.Context, result: Reconstruction) -> str:
-        folder = self.output or context.scene.facewright_clip.output
-        if folder:
-            result.write(bpy.path.abspath(folder))
+        if folder := self._folder(context):
+            result.write(folder)
         face = scene_head.place(context.scene, result, context.collection)
         for obj in context.selected_objects:
             obj.select_set(False)
         face.select_set(True)
         context.view_layer.objects.active = face
         return "; ".join([*actions.report_lines(result.report)[:1], *actions.warnings(result.report)])
+
+    def _folder(self, context: bpy.types.Context) -> str | None:
+        folder = self.output or context.scene.facewright_clip.output
+        return bpy.path.abspath(folder) if folder else None
 
 
 class FACEWRIGHT_OT_expression(bpy.types.Operator):

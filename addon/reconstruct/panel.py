@@ -63,7 +63,9 @@ class FACEWRIGHT_PT_report(Side, bpy.types.Panel):
         return face is not None and scene_head.REPORT in face
 
     def draw(self, context: bpy.types.Context) -> None:
-        text = scene_head.face(context.scene)[scene_head.REPORT]
+        face = scene_head.face(context.scene)
+        assert face is not None, "poll has seen it"
+        text = face[scene_head.REPORT]
         column = self.layout.column(align=True)
         for line in actions.report_lines(text):
             column.label(text=line)

@@ -19,6 +19,8 @@ class Look:
     roughness: float
     colour: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
     pictured: bool = False
+    # Lashes are a strip whose sheen would show what is no lash.
+    specular: float = 0.5
 
 
 LOOKS = {
@@ -28,7 +30,7 @@ LOOKS = {
     "teeth_upper": Look("Face teeth", 0.25, LINEAR_TEETH),
     "teeth_lower": Look("Face teeth", 0.25, LINEAR_TEETH),
     "tongue": Look("Face tongue", 0.4, LINEAR_TONGUE),
-    "lashes": Look("Face lashes", 0.8, LINEAR_LASHES),
+    "lashes": Look("Face lashes", 0.8, LINEAR_LASHES, specular=0.0),
 }
 
 
@@ -54,12 +56,14 @@ def material(look: Look, picture: bpy.types.Image | None) -> bpy.types.Material:
     if existing is not None:
         return existing
     made = bpy.data.materials.new(look.name)
-    made.use_nodes = True
+    if bpy.app.version < (5, 0):
+        made.use_nodes = True
     # Solid view knows no nodes: without this, lashes and tongue are white there.
     made.diffuse_color = look.colour
     tree = made.node_tree
     shader = next(node for node in tree.nodes if node.type == "BSDF_PRINCIPLED")
     shader.inputs["Roughness"].default_value = look.roughness
+    shader.inputs["Specular IOR Level"].default_value = look.specular
     shader.inputs["Base Color"].default_value = look.colour
     if picture is not None:
         texture = tree.nodes.new("ShaderNodeTexImage")

@@ -9,12 +9,16 @@ import sys
 import tempfile
 from pathlib import Path
 from types import SimpleNamespace
+from typing import TYPE_CHECKING
 
 sys.path[:0] = [str(Path(__file__).parent)]
 
 import bpy  # noqa: E402
 import numpy as np  # noqa: E402
 from parts import engine, film, person, studio  # noqa: E402
+
+if TYPE_CHECKING:
+    from facewright import Reconstruction
 
 SEED = 5
 FRAMES, YAW_DEG, DISTANCE = 21, 28.0, 0.62
@@ -42,7 +46,7 @@ def main(only: set[int] | None = None) -> None:
     shoot(scene, camera, only)
 
 
-def make_person(generic: object) -> SimpleNamespace:
+def make_person(generic: "Reconstruction") -> SimpleNamespace:
     """The generic head pushed and painted; it has no keys."""
     quads, uvs = generic.quads, generic.uvs
     first, end = generic.parts[0][2]

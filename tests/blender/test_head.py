@@ -1,5 +1,6 @@
 """The head as objects: parts, keys, drivers, keyframes, a second run."""
 
+from pathlib import Path
 from types import ModuleType
 
 import bpy
@@ -105,3 +106,15 @@ def test_a_second_run_updates_the_same_objects_and_keeps_animation(
 def test_images_are_packed_into_the_file(generic_face: bpy.types.Object) -> None:
     for name in ("Face skin", "Face eyes"):
         assert bpy.data.images[name].packed_file is not None
+
+
+def test_head_glb_is_imported_with_its_parts_and_keys(engine: ModuleType, tmp_path: Path) -> None:
+    if not hasattr(bpy.ops.import_scene, "gltf"):
+        pytest.skip("this Blender has no glTF importer")
+    head = engine.generic_head()
+    head.write(str(tmp_path))
+    assert bpy.ops.import_scene.gltf(filepath=str(tmp_path / "head.glb")) == {"FINISHED"}
+    assert {o.name for o in bpy.data.objects} == PARTS
+    blocks = bpy.data.objects["skin"].data.shape_keys.key_blocks
+    assert [block.name for block in blocks] == ["Basis", *(name for name, _, _ in head.keys)]
+    assert len(blocks) == 1 + 52 + 15

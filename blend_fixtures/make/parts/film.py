@@ -26,8 +26,8 @@ class Film:
         self.focal = SUPERSAMPLE * lens.fx
         offsets = (np.arange(SUBPIXELS) + 0.5) / SUBPIXELS - 0.5
         u, v = np.meshgrid(np.arange(lens.width), np.arange(lens.height))
-        pixels = np.stack([u, v], -1).astype(float)
-        rays = [lens.undistort(pixels + [du, dv]) for dv in offsets for du in offsets]
+        pixels: Array = np.stack([u, v], -1).astype(float)
+        rays = [lens.undistort(pixels + np.array([du, dv], float)) for dv in offsets for du in offsets]
         extent = np.max([np.abs(r).max((0, 1)) for r in rays], axis=0)
         self.size = (2 * np.ceil(extent * self.focal + 3)).astype(int)
         self.maps = [r * self.focal + (self.size - 1) / 2 for r in rays]

@@ -70,9 +70,10 @@ def _skin(p: Array, random: np.random.Generator) -> Array:
     colour = np.tile([0.80, 0.615, 0.52], (len(p), 1))
     mottle = 0.035 * _noise(p / 14, random) + 0.045 * _noise(p / 5, random) + 0.05 * _noise(p / 2.2, random)
     colour *= (1 + mottle)[:, None]
-    flush = 0.5 * sum(_blob(p, c, w) for c, w in (((48, -42, 8), 15), ((-48, -42, 8), 15), ((0, -44, 46), 10)))
+    blobs = [_blob(p, c, w) for c, w in (((48, -42, 8), 15), ((-48, -42, 8), 15), ((0, -44, 46), 10))]
+    flush = 0.5 * np.sum(blobs, axis=0)
     colour = _over(colour, (0.80, 0.47, 0.41), flush)
-    shade = 0.35 * sum(_blob(p, (s * 30, -11, 16), 9) for s in (1, -1))
+    shade = 0.35 * np.sum([_blob(p, (s * 30, -11, 16), 9) for s in (1, -1)], axis=0)
     colour = _over(colour, (0.55, 0.38, 0.36), shade)
     stubble = front * _step(-52, -66, y) * _step(-0.4, 0.9, _noise(p / 1.3, random))
     colour = _over(colour, (0.42, 0.33, 0.30), 0.42 * stubble)

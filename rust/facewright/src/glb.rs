@@ -9,6 +9,9 @@ use json::{Index, Root};
 use serde_json::value::to_raw_value;
 use std::collections::BTreeMap;
 
+/// A morph target: its name, and moved vertices with their offsets.
+pub type GlbTarget<'a> = (&'a str, Vec<(u32, [f32; 3])>);
+
 /// One node with its mesh.
 pub struct GlbNode<'a> {
     /// Name of node and mesh.
@@ -19,8 +22,8 @@ pub struct GlbNode<'a> {
     pub normals: &'a [[f32; 3]],
     /// Triangles and, per corner, texture coordinates with v up.
     pub triangles: &'a [([u32; 3], [[f32; 2]; 3])],
-    /// Morph targets: name, and moved vertices with their offsets.
-    pub targets: Vec<(&'a str, Vec<(u32, [f32; 3])>)>,
+    /// Morph targets.
+    pub targets: Vec<GlbTarget<'a>>,
     /// Index into the materials.
     pub material: usize,
 }
@@ -182,7 +185,9 @@ impl Writer {
             entries.push((0, [0.0; 3]));
         }
         let mut target = accessor(None, split.source.len(), json::accessor::Type::Vec3);
-        (target.min, target.max) = bounds(entries.iter().map(|(_, d)| *d).chain([[0.0; 3]]));
+        // The zeros count too, unless every vertex moves.
+        let zeros = (entries.len() < split.source.len()).then_some([0.0; 3]);
+        (target.min, target.max) = bounds(entries.iter().map(|(_, d)| *d).chain(zeros));
         let indices: Vec<u8> = entries.iter().flat_map(|(i, _)| i.to_le_bytes()).collect();
         let values: Vec<u8> = entries.iter().flat_map(|(_, d)| *d).flat_map(f32::to_le_bytes).collect();
         target.sparse = Some(json::accessor::sparse::Sparse {
@@ -290,7 +295,7 @@ impl Split {
 mod tests {
     use super::*;
 
-    fn square() -> Vec<u8> {
+    fn square(targets: Vec<GlbTarget>) -> Vec<u8> {
         let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
         let triangles =
             [([0, 1, 2], [[0.0, 0.0], [0.5, 0.0], [0.5, 0.5]]), ([0, 2, 3], [[0.6, 0.0], [0.5, 0.5], [0.6, 0.5]])];
@@ -299,16 +304,20 @@ mod tests {
             positions: &positions,
             normals: &[[0.0, 0.0, 1.0]; 4],
             triangles: &triangles,
-            targets: vec![("jawOpen", vec![(0, [0.0, -0.25, 0.0])]), ("viseme_sil", vec![])],
+            targets,
             material: 0,
         };
         let material = GlbMaterial { name: "skin", colour: [1.0; 4], roughness: 0.5, png: None };
         write_glb(&[node], &[material]).unwrap()
     }
 
+    fn open_jaw() -> Vec<u8> {
+        square(vec![("jawOpen", vec![(0, [0.0, -0.25, 0.0])]), ("viseme_sil", vec![])])
+    }
+
     #[test]
     fn an_independent_reader_finds_names_seams_and_targets() {
-        let bytes = square();
+        let bytes = open_jaw();
         let file = gltf::Gltf::from_slice(&bytes).unwrap();
         let node = file.nodes().next().unwrap();
         let mesh = node.mesh().unwrap();
@@ -323,7 +332,20 @@ mod tests {
     }
 
     #[test]
+    fn bounds_of_a_target_hold_zero_only_where_a_vertex_rests() {
+        let down = [0.0, -0.25, 0.0];
+        let highest = |moved: std::ops::Range<u32>| {
+            let bytes = square(vec![("jawOpen", moved.map(|i| (i, down)).collect())]);
+            let file = gltf::Gltf::from_slice(&bytes).unwrap();
+            let max = file.accessors().find(|a| a.sparse().is_some()).unwrap().max().unwrap();
+            max[1].as_f64().unwrap()
+        };
+        assert_eq!(highest(0..3), 0.0);
+        assert_eq!(highest(0..4), -0.25);
+    }
+
+    #[test]
     fn equal_input_gives_equal_bytes() {
-        assert_eq!(square(), square());
+        assert_eq!(open_jaw(), open_jaw());
     }
 }

@@ -44,4 +44,4 @@ pub use matching::{MatchOptions, MatchedPair, Matches, match_pair};
 pub use overlay::overlay;
 pub use reconstruct::{ReconstructOptions, generic_head, reconstruct};
 pub use report::{CameraSource, FitReport, FrameReport, Method, Report, Scale, SourcedCamera, TextureReport};
-pub use result::{Reconstruction, write_json, write_text};
+pub use result::{Reconstruction, check_folder, write_json, write_text};

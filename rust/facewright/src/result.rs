@@ -1,6 +1,6 @@
 //! The finished head: in memory, and as the files of a result folder.
 
-use crate::glb::{GlbMaterial, GlbNode, write_glb};
+use crate::glb::{GlbMaterial, GlbNode, GlbTarget, write_glb};
 use crate::{FacewrightError, Report};
 use geometry::{Vec3, mesh};
 use head::{GenericHead, Key, Part, part};
@@ -75,6 +75,15 @@ impl Reconstruction {
     }
 }
 
+/// Whether a result folder can be written, found out before the work that fills it; nothing is left behind.
+pub fn check_folder(folder: &Path) -> Result<(), FacewrightError> {
+    let there = folder.ancestors().find(|p| p.exists()).unwrap_or(Path::new("."));
+    if !there.is_dir() {
+        return Err(unwritable(folder, &format_args!("{} is a file", there.display())));
+    }
+    tempfile::Builder::new().prefix(".facewright-").tempdir_in(there).map(drop).map_err(|e| unwritable(folder, &e))
+}
+
 /// Writes files into a folder, all or none.
 pub(crate) fn write_together(folder: &Path, files: &[(impl AsRef<Path>, Vec<u8>)]) -> Result<(), FacewrightError> {
     let parent = folder.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -134,7 +143,7 @@ struct PartMesh<'a> {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
     triangles: Vec<([u32; 3], [[f32; 2]; 3])>,
-    targets: Vec<(&'a str, Vec<(u32, [f32; 3])>)>,
+    targets: Vec<GlbTarget<'a>>,
 }
 
 impl<'a> PartMesh<'a> {
@@ -170,7 +179,7 @@ impl<'a> PartMesh<'a> {
 }
 
 /// The keys of a part: the skin has every key, another part those that move it.
-fn part_keys<'a>(head: &'a Reconstruction, part: &Part) -> impl Iterator<Item = (&'a str, Vec<(u32, [f32; 3])>)> {
+fn part_keys<'a>(head: &'a Reconstruction, part: &Part) -> impl Iterator<Item = GlbTarget<'a>> {
     let (range, is_skin) = (part.vertices.clone(), part.name == part::SKIN);
     head.keys.iter().filter_map(move |key| {
         let inside = key.offsets.iter().filter(|(i, _)| range.contains(&(*i as usize)));

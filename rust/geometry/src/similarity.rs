@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     fn cloud() -> Vec<Vec3> {
-        (0..20).map(|i| f64::from(i)).map(|i| Vec3::new(i.sin(), (1.7 * i).cos(), (0.3 * i).sin())).collect()
+        (0..20).map(f64::from).map(|i| Vec3::new(i.sin(), (1.7 * i).cos(), (0.3 * i).sin())).collect()
     }
 
     fn truth() -> Similarity {

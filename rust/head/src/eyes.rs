@@ -65,7 +65,8 @@ pub struct EyeFit {
     pub iris_radius: f64,
 }
 
-/// Fits both eyeballs, left one first, to a person's skin (`positions`: all vertices of the generic head's topology).
+/// Fits both eyeballs, left one first, to a person's skin (`positions`: all vertices of the generic head's topology). People's
+/// eyes are of one size and look the same way: what the irises say of both is averaged.
 ///
 /// # Errors
 /// [`HeadError::Topology`] for another number of vertices, [`HeadError::Degenerate`] where there is no socket.
@@ -78,20 +79,27 @@ pub fn fit_eyes(
     same_topology(generic, positions)?;
     let weights = control_weights(generic);
     let warp = LocalWarp::new(&generic.positions, positions, &weights);
-    let fit = |side: usize| -> Result<EyeFit, HeadError> {
+    let seen = || irises.iter().flatten();
+    let measured = seen().map(|iris| iris.radius / options.iris_radius).sum::<f64>() / seen().count().max(1) as f64;
+    let fit = |side: usize| -> Result<(EyeFit, Option<Vec3>), HeadError> {
         let eye = eyeball(generic, side)?;
         let (centre, radius) = ball(&generic.positions, eye);
         let local = warp.at(&centre);
-        let size = irises[side].map_or(local.scale, |iris| iris.radius / options.iris_radius).clamp(0.8, 1.2);
+        let size = if measured > 0.0 { measured } else { local.scale }.clamp(0.8, 1.2);
         let forward = (local.linear * Vec3::z()).try_normalize(1e-9).unwrap_or_else(Vec3::z);
         let lids: Vec<Vec3> = lid_vertices(generic, &centre, radius).map(|v| positions[v]).collect();
         let own = options.radius * size;
         let centre = deepest(&lids, &local.position, &forward, own + options.clearance)
             .ok_or_else(|| HeadError::Degenerate { place: eye.name.clone() })?;
-        let gaze = irises[side].and_then(|iris| gaze_at(&iris.centre, &centre, &forward)).unwrap_or(forward);
-        Ok(EyeFit { centre, radius: own, gaze, iris_radius: options.iris_radius * size })
+        let looks = irises[side].and_then(|iris| gaze_at(&iris.centre, &centre, &forward));
+        Ok((EyeFit { centre, radius: own, gaze: forward, iris_radius: options.iris_radius * size }, looks))
     };
-    Ok([fit(0)?, fit(1)?])
+    let ((mut left, left_looks), (mut right, right_looks)) = (fit(0)?, fit(1)?);
+    let common: Vec3 = [left_looks, right_looks].into_iter().flatten().sum();
+    if let Some(gaze) = common.try_normalize(1e-9) {
+        (left.gaze, right.gaze) = (gaze, gaze);
+    }
+    Ok([left, right])
 }
 
 /// Puts the eyeballs where they were fitted and tucks the hidden skin of the sockets under their surfaces.
@@ -279,7 +287,7 @@ mod tests {
         let seen = [Some(IrisObservation { centre, radius: 0.0062 }), None];
         let eyes = fit_eyes(&generic, &generic.positions, &seen, &EyeOptions::default()).unwrap();
         assert!((eyes[0].iris_radius - 0.0062).abs() < 1e-12 && eyes[0].radius > plain[0].radius);
-        assert!(eyes[0].gaze.x > 0.2 && eyes[1] == plain[1]);
+        assert!(eyes[0].gaze.x > 0.2 && eyes[1].gaze == eyes[0].gaze && eyes[1].radius == eyes[0].radius);
     }
 
     #[test]

@@ -83,6 +83,11 @@ fn generic_head(py: Python<'_>, assets: PathBuf) -> PyResult<Reconstruction> {
     Ok(Reconstruction::new(head))
 }
 
+#[pyfunction]
+fn check_folder(folder: PathBuf) -> PyResult<()> {
+    facewright::check_folder(&folder).map_err(|e| raise(&e))
+}
+
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("FacewrightError", module.py().get_type::<FacewrightError>())?;
@@ -93,5 +98,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(board_svg, module)?)?;
     module.add_function(wrap_pyfunction!(calibrate, module)?)?;
     module.add_function(wrap_pyfunction!(reconstruct, module)?)?;
+    module.add_function(wrap_pyfunction!(check_folder, module)?)?;
     module.add_function(wrap_pyfunction!(generic_head, module)?)
 }

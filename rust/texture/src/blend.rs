@@ -104,7 +104,7 @@ mod tests {
     }
 
     fn stripes(x: usize, y: usize) -> f32 {
-        100.0 + if (x + y) % 2 == 0 { 30.0 } else { -30.0 }
+        100.0 + if (x + y).is_multiple_of(2) { 30.0 } else { -30.0 }
     }
 
     #[test]

@@ -150,8 +150,15 @@ mod tests {
 
     const N: usize = 32;
 
+    struct Strip {
+        positions: Vec<Vec3>,
+        triangles: Vec<[u32; 3]>,
+        uvs: Vec<[Vec2; 3]>,
+        mirror: Vec<u32>,
+    }
+
     /// Two mirrored squares side by side in the atlas: vertices 0…3 left, 4…7 right.
-    fn strip() -> (Vec<Vec3>, Vec<[u32; 3]>, Vec<[Vec2; 3]>, Vec<u32>) {
+    fn strip() -> Strip {
         let uv: Vec<Vec2> = [[0.1, 0.1], [0.4, 0.1], [0.4, 0.9], [0.1, 0.9]]
             .iter()
             .flat_map(|p| [Vec2::new(p[0], p[1]), Vec2::new(1.0 - p[0], p[1])])
@@ -160,7 +167,7 @@ mod tests {
         let triangles = vec![[0, 1, 2], [0, 2, 3], [5, 4, 6], [6, 4, 7]];
         let uvs = triangles.iter().map(|t: &[u32; 3]| t.map(|i| order[i as usize])).collect();
         let positions = order.iter().map(|p| Vec3::new(p.x, p.y, 0.0)).collect();
-        (positions, triangles, uvs, vec![4, 5, 6, 7, 0, 1, 2, 3])
+        Strip { positions, triangles, uvs, mirror: vec![4, 5, 6, 7, 0, 1, 2, 3] }
     }
 
     fn pattern(x: usize, y: usize) -> f32 {
@@ -168,7 +175,7 @@ mod tests {
     }
 
     fn filled(with_mirror: bool) -> (RgbaImage, Plane<Fragment>) {
-        let (positions, triangles, uvs, mirror) = strip();
+        let Strip { positions, triangles, uvs, mirror } = strip();
         let surface = Surface {
             positions: &positions,
             triangles: &triangles,

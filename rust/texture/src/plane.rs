@@ -46,7 +46,7 @@ fn children(coarse: usize, fine_size: usize) -> [usize; 4] {
 /// Positions and weights of linear interpolation at the centre of fine cell `fine` among coarse cells.
 fn parents(fine: usize, coarse_size: usize) -> [(usize, f32); 2] {
     let near = fine / 2;
-    let far = if fine % 2 == 0 { near.saturating_sub(1) } else { (near + 1).min(coarse_size - 1) };
+    let far = if fine.is_multiple_of(2) { near.saturating_sub(1) } else { (near + 1).min(coarse_size - 1) };
     [(near, 0.75), (far, 0.25)]
 }
 

@@ -182,7 +182,7 @@ fn scan_triangle<T>(
 ) {
     let (ab, ac) = (b - a, c - a);
     let area = ab.perp(&ac);
-    if !(area.abs() > 1e-12) {
+    if area.is_nan() || area.abs() <= 1e-12 {
         return;
     }
     let rows = pixels.len() / width;

@@ -297,7 +297,7 @@ mod tests {
         let observe = |i: usize, view: usize| {
             let normal_in_cam = pose(yaws[view]).rotation * normal(i);
             let albedo = [noise(7 * i), noise(7 * i) * 0.8, noise(7 * i + 2)];
-            let bad = outliers && (i + view) % 6 == 0;
+            let bad = outliers && (i + view).is_multiple_of(6);
             let log_colour = [0, 1, 2].map(|k| {
                 let wrong = if bad { -1.0 + 0.3 * albedo[k] } else { albedo[k] + lamp(&normal_in_cam) };
                 wrong + 0.02 * noise(31 * i + 5 * view + k) + 0.05 * view as f64 / yaws.len() as f64

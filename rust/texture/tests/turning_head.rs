@@ -1,6 +1,8 @@
 //! A head that turns before a still camera and still lamps, rendered by ray casting of an implicit surface: no
 //! triangles, no harmonics, nothing of what the bake assumes.
 
+#![expect(clippy::unwrap_used, reason = "the helpers of tests are tests too")]
+
 use geometry::{Camera, Progress, Transform, Vec2, Vec3};
 use image::{GrayImage, Luma, Rgb, RgbImage};
 use nalgebra::Rotation3;

@@ -16,6 +16,10 @@ pub fn check() -> anyhow::Result<()> {
     let ruff = BLENDER_5_0.program("ruff")?;
     run(Command::new(&ruff).args(["check", "addon", "tests", "blend_fixtures", "rust/xtask/python"]))?;
     run(Command::new(&ruff).args(["format", "--check", "addon", "tests", "blend_fixtures", "rust/xtask/python"]))?;
+    say("types");
+    let mut pyright = Command::new(BLENDER_5_0.program("pyright")?);
+    pyright.args(["--warnings", "--project", ".pyright.json", "--pythonpath"]);
+    run(pyright.arg(BLENDER_5_0.program("python")?))?;
     layers()
 }
 

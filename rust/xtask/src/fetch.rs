@@ -37,6 +37,13 @@ pub const CLIP: Pinned = Pinned {
     sha256: "02a0e184aee3e2ed64fd805d7bafa0dc321dc3cf42bf19eee19d4ffc323cc27b",
 };
 
+/// The Khronos glTF validator (Apache-2.0).
+pub const VALIDATOR: Pinned = Pinned {
+    package: "gltf-validator@2.0.0-dev.3.10",
+    file: "gltf-validator-2.0.0-dev.3.10.tgz",
+    sha256: "4e03dbdc3bc0d1342afd5d2d7ae341a7e3474502ccb872b02dbbaddaee0fdec6",
+};
+
 /// The path of a wheel, downloaded once into `target/downloads`.
 pub fn wheel(pinned: &Pinned) -> anyhow::Result<PathBuf> {
     fetch(pinned, |folder| {
@@ -46,11 +53,20 @@ pub fn wheel(pinned: &Pinned) -> anyhow::Result<PathBuf> {
     })
 }
 
-/// The path of an npm package's archive, downloaded once into `target/downloads`.
-pub fn npm_archive(pinned: &Pinned) -> anyhow::Result<PathBuf> {
-    fetch(pinned, |folder| {
+/// The folder of an npm package, downloaded and unpacked once into `target/downloads`.
+pub fn npm_package(pinned: &Pinned) -> anyhow::Result<PathBuf> {
+    let archive = fetch(pinned, |folder| {
         run(Command::new("npm").args(["pack", "--silent", pinned.package, "--pack-destination"]).arg(folder))
-    })
+    })?;
+    // The name holds the version: another pin is another folder.
+    let folder = archive.with_extension("");
+    if !folder.is_dir() {
+        let stage = archive.with_extension("part");
+        std::fs::create_dir_all(&stage)?;
+        run(Command::new("tar").arg("xzf").arg(&archive).arg("-C").arg(&stage))?;
+        std::fs::rename(stage, &folder)?;
+    }
+    Ok(folder.join("package"))
 }
 
 fn fetch(pinned: &Pinned, download: impl FnOnce(&Path) -> anyhow::Result<()>) -> anyhow::Result<PathBuf> {

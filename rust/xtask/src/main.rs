@@ -9,6 +9,7 @@ mod demo;
 mod environment;
 mod fetch;
 mod generic_head;
+mod gltf;
 mod gui;
 mod run;
 mod test;

@@ -1,15 +1,17 @@
 //! `cargo x test`, `cargo x fixtures`.
 
 use crate::environment::{BLENDER_4_5, BLENDER_5_0, Environment};
+use crate::gltf::gltf;
 use crate::run::{cargo, root, run, say};
 use crate::{addon, generic_head, gui};
 
-/// Every test: Rust, Python, Blender 4.5 and 5.0; Blender 4.3 in a real window if wanted.
+/// Every test: Rust, glTF, Python, Blender 4.5 and 5.0; Blender 4.3 in a real window if wanted.
 pub fn test(window: bool) -> anyhow::Result<()> {
-    generic_head::build()?;
+    let assets = generic_head::build()?;
     say("Rust");
     run(&mut cargo(&["build", "--release", "--package", "facewright"]))?;
     run(&mut cargo(&["test", "--release", "--workspace", "--exclude", "xtask", "--exclude", "facewright-python"]))?;
+    gltf(&assets)?;
     let zip = addon::build()?;
     say("Python");
     pytest(&BLENDER_5_0, "tests/python", &zip)?;

@@ -1,5 +1,7 @@
 //! Input that cannot work: the program says what is wrong and what to do, exits with 1 (2 for usage) and writes nothing.
 
+#![expect(clippy::unwrap_used, reason = "the helpers of tests are tests too")]
+
 use end_to_end::{assets, clip, program};
 use image::{DynamicImage, GenericImage, RgbImage};
 use std::path::{Path, PathBuf};

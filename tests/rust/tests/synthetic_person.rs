@@ -1,5 +1,7 @@
 //! The film of `blend_fixtures/synthetic_person.blend`, measured against its truth.
 
+#![expect(clippy::unwrap_used, reason = "the helpers of tests are tests too")]
+
 use end_to_end::{assets, clip};
 use facewright::head::surface::SkinSurface;
 use facewright::{

@@ -179,11 +179,11 @@ fn elements(half: &Half, positions: &[Vec3], wishes: &[Wish], area: f64, gutter:
     skin.chain(slit).collect()
 }
 
+/// Texture coordinates of quads' corners.
+type QuadUvs = Vec<[[f32; 2]; 4]>;
+
 /// Copies the half islands to the quads of both sides; also lists the quads of the second island.
-fn both_sides(
-    sheet: &Sheet,
-    halves: &[(&Half, &Vec<Vec2>); 2],
-) -> Result<(Vec<[[f32; 2]; 4]>, Vec<usize>), UnwrapError> {
+fn both_sides(sheet: &Sheet, halves: &[(&Half, &Vec<Vec2>); 2]) -> Result<(QuadUvs, Vec<usize>), UnwrapError> {
     let sorted = |mut q: [u32; 4]| {
         q.sort_unstable();
         q
@@ -205,7 +205,7 @@ fn both_sides(
         let place = |v: u32| half.vertices.binary_search(&v).map_or_else(|_| Vec2::zeros(), |i| uv[i]);
         // Rounded before it is mirrored: a float of 0.5…1 subtracts from one without error.
         let side = |u: f32| if own.is_some() { u } else { 1.0 - u };
-        uvs.push(source.map(|v| place(v)).map(|p| [side(p.x as f32), p.y as f32]));
+        uvs.push(source.map(place).map(|p| [side(p.x as f32), p.y as f32]));
         if island == 1 {
             mouth.push(index);
         }

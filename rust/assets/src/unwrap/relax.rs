@@ -160,11 +160,11 @@ impl System {
     /// Takes the fixed coordinates out: unit rows and columns, no force.
     fn fix(&mut self, free: &[[bool; 2]]) {
         let mask = |v: usize| Vec2::new(f64::from(u8::from(free[v][0])), f64::from(u8::from(free[v][1])));
-        for a in 0..self.diagonal.len() {
+        for (a, axes) in free.iter().enumerate() {
             let keep = mask(a);
             self.gradient[a].component_mul_assign(&keep);
-            for k in 0..2 {
-                if !free[a][k] {
+            for (k, free) in axes.iter().enumerate() {
+                if !free {
                     self.diagonal[a].fill_row(k, 0.0);
                     self.diagonal[a].fill_column(k, 0.0);
                     self.diagonal[a][(k, k)] = 1.0;

@@ -39,7 +39,7 @@ pub(super) struct Islands {
 pub(super) fn cut(sheet: &Sheet, lip_rings: usize, corner_share: f64) -> Result<Islands, UnwrapError> {
     let topology = Topology::new(sheet);
     let middle = topology.middle_line(sheet)?;
-    let (lips, slit, ends) = topology.mouth_loops(sheet, &middle, lip_rings)?;
+    let MouthLoops { lips, slit, ends } = topology.mouth_loops(sheet, &middle, lip_rings)?;
     let crown = highest(sheet, &middle);
     let half: Vec<usize> = (0..sheet.quads.len()).filter(|&q| on_left(sheet, q)).collect();
     let barrier: BTreeSet<[u32; 2]> = slit.windows(2).map(|e| edge(e[0], e[1])).collect();
@@ -122,6 +122,16 @@ fn split(sheet: &Sheet, chain: &[u32], share: f64) -> usize {
     lengths.iter().take_while(|&&l| l < goal).count().clamp(1, chain.len().saturating_sub(2).max(1))
 }
 
+/// Half loops around the mouth, from the middle line's upper end to its lower one.
+struct MouthLoops {
+    /// Where the lips touch.
+    lips: Vec<u32>,
+    /// Where to cut.
+    slit: Vec<u32>,
+    /// Indices of the cut's ends on the middle line.
+    ends: [usize; 2],
+}
+
 /// Who touches whom on the sheet.
 struct Topology {
     quads_at: BTreeMap<[u32; 2], Vec<usize>>,
@@ -156,13 +166,7 @@ impl Topology {
         if simple { Ok(line) } else { Err(UnwrapError::MiddleLine) }
     }
 
-    /// The loop where the lips touch, the loop to cut, and the latter's two indices on the middle line.
-    fn mouth_loops(
-        &self,
-        sheet: &Sheet,
-        middle: &[u32],
-        rings: usize,
-    ) -> Result<(Vec<u32>, Vec<u32>, [usize; 2]), UnwrapError> {
+    fn mouth_loops(&self, sheet: &Sheet, middle: &[u32], rings: usize) -> Result<MouthLoops, UnwrapError> {
         let index: BTreeMap<u32, usize> = middle.iter().enumerate().map(|(i, &v)| (v, i)).collect();
         let at = |i: usize| sheet.positions[middle[i] as usize];
         let mut loops: Vec<(usize, usize, Vec<u32>)> = Vec::new();
@@ -184,7 +188,7 @@ impl Topology {
             // Odd loops would leave a triangle in the mouth's corner.
             return Err(UnwrapError::Mouth);
         }
-        Ok((touch.2.clone(), slit.2.clone(), [i, j]))
+        Ok(MouthLoops { lips: touch.2.clone(), slit: slit.2.clone(), ends: [i, j] })
     }
 
     /// Straight on through quad corners of valence four, until the middle line is met again.

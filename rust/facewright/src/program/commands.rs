@@ -3,7 +3,7 @@
 use super::{Arguments, BoardArguments, Command};
 use facewright::{
     Assets, CalibrateOptions, FacewrightError, FrameSet, MatchOptions, ReconstructOptions, SourcedCamera, board,
-    calibrate, match_pair, overlay, reconstruct, write_json, write_text,
+    calibrate, check_folder, match_pair, overlay, reconstruct, write_json, write_text,
 };
 use geometry::Progress;
 use serde_json::{Value, json};
@@ -50,6 +50,7 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
                 texture_size: *texture_size,
                 interocular: interocular_mm.map(|mm| mm / 1000.0),
             };
+            check_folder(output)?;
             let frames = FrameSet::open(frames, progress)?;
             let result = reconstruct(&frames, &load_assets(arguments)?, &options, progress)?;
             result.write(output)?;
@@ -59,6 +60,7 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
             Ok(Summary { text, json: json!(result.report) })
         }
         Command::Overlay { result, frames, output } => {
+            check_folder(output)?;
             let frames = FrameSet::open(frames, progress)?;
             let drawn = overlay(result, &frames, output, progress)?;
             let text = format!("{}: {} of {} frames drawn", output.display(), drawn.len(), frames.len());

@@ -7,7 +7,7 @@
 //! # Model
 //! `landmark = mean + class · identity + keys · (shared + frame's expression) + slip`. The class is a wide prior, not a
 //! statement about people. The net's errors are no independent noise: the part that is the same in all frames is a slip
-//! shared by all frames ([`slip`]), the part that changes with the view makes frames of like view repeat each other.
+//! shared by all frames (`slip`), the part that changes with the view makes frames of like view repeat each other.
 //! A still camera and a turning head leave the size open: it comes from [`HeadSize`] alone, after the fit.
 
 mod bundle;

@@ -69,6 +69,9 @@ def version() -> str:
 def board_svg(inner: tuple[int, int], square_mm: float, page: Literal["A4", "A3", "Letter"]) -> str:
     """A checkerboard to print, as SVG."""
 
+def check_folder(folder: str) -> None:
+    """Raise :class:`FacewrightError` when a result folder cannot be written; nothing is left behind."""
+
 def calibrate(pictures: Sequence[str], *, inner: tuple[int, int] = (9, 6), square_mm: float = 25.5) -> Job[str]:
     """Calibrate a camera from pictures of a board; the result is camera.json as text."""
 

@@ -3,7 +3,6 @@
 //! # Entry points
 //! - [`FaceLandmarker::find`]: a single picture. [`FaceLandmarker::follow`]: the next frame of a video.
 //! - [`FaceLandmarker::detect`]: only whether and where faces are.
-//! - [`topology`]: what the 468 points are.
 //! - [`face_mask`]: the pixels of the face's skin.
 //!
 //! # Conventions

@@ -1,0 +1,22 @@
+//! The Khronos validator's opinion on the `head.glb` of a result.
+
+use crate::fetch::{VALIDATOR, npm_package};
+use crate::run::{cargo, run, say, target};
+use std::path::Path;
+use std::process::Command;
+
+/// Reconstructs the synthetic person into `target/gltf` and validates the head.
+pub fn gltf(assets: &Path) -> anyhow::Result<()> {
+    say("glTF");
+    if Command::new("node").arg("--version").output().is_err() {
+        say("skipped: the glTF validator needs `node` on PATH");
+        return Ok(());
+    }
+    let out = target("gltf");
+    let mut facewright = cargo(&["run", "--quiet", "--release", "--package", "facewright", "--", "reconstruct"]);
+    facewright.args(["tests/data/clip/frames", "--texture-size", "512", "-o"]).arg(&out);
+    run(facewright.env("FACEWRIGHT_ASSETS", assets))?;
+    let mut node = Command::new("node");
+    node.arg("rust/xtask/node/validate.mjs").arg(npm_package(&VALIDATOR)?).arg(out.join("head.glb"));
+    run(&mut node)
+}
