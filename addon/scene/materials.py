@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-LINEAR_TEETH = (0.78, 0.72, 0.62, 1.0)
+LINEAR_TEETH = (0.62, 0.55, 0.45, 1.0)
 LINEAR_TONGUE = (0.42, 0.14, 0.13, 1.0)
 LINEAR_LASHES = (0.02, 0.015, 0.012, 0.3)
 

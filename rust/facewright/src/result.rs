@@ -32,7 +32,7 @@ pub struct Reconstruction {
 }
 
 /// Plain colours of the parts that no camera sees well: linear RGBA and roughness.
-const TEETH: ([f32; 4], f32) = ([0.78, 0.72, 0.62, 1.0], 0.25);
+const TEETH: ([f32; 4], f32) = ([0.62, 0.55, 0.45, 1.0], 0.25);
 const TONGUE: ([f32; 4], f32) = ([0.42, 0.14, 0.13, 1.0], 0.4);
 const LASHES: ([f32; 4], f32) = ([0.02, 0.015, 0.012, 0.3], 0.8);
 

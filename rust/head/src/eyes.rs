@@ -24,6 +24,9 @@ const TUCK: f64 = 5e-4;
 /// Lids that reach deeper into the generic eyeball than this are not held outside, metres.
 const SUNK: f64 = -5e-4;
 
+/// Lashes follow the lid within this, metres: they must not part from it.
+const LASH_REACH: f64 = 8e-3;
+
 /// What the frames say of an iris.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IrisObservation {
@@ -137,8 +140,9 @@ pub fn carry_parts(generic: &GenericHead, positions: &mut [Vec3]) -> Result<(), 
     let skin = positions.to_vec();
     let warp = LocalWarp::new(&generic.positions, &skin, &weights);
     let of = |name: &str| generic.part(name).into_iter().flat_map(|p| p.vertices.clone());
+    let lids = LocalWarp::with_reach(&generic.positions, &skin, &weights, LASH_REACH);
     for v in of(part::LASHES) {
-        positions[v] = warp.at(&generic.positions[v]).position;
+        positions[v] = lids.at(&generic.positions[v]).position;
     }
     let mouth: Vec<usize> = [part::TEETH_UPPER, part::TEETH_LOWER, part::TONGUE].iter().flat_map(|n| of(n)).collect();
     let from: Vec<Vec3> = mouth.iter().map(|&v| generic.positions[v]).collect();

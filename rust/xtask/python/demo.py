@@ -99,9 +99,9 @@ def set_up_studio() -> bpy.types.Scene:
     world.use_nodes = True
     background = next(n for n in world.node_tree.nodes if n.type == "BACKGROUND")
     background.inputs["Color"].default_value = (0.5, 0.5, 0.5, 1.0)
-    background.inputs["Strength"].default_value = 0.9
+    background.inputs["Strength"].default_value = 1.3
     lamp = bpy.data.objects.new("Key", bpy.data.lights.new("Key", "AREA"))
-    lamp.data.energy, lamp.data.size = 8.0, 1.0
+    lamp.data.energy, lamp.data.size = 14.0, 1.0
     lamp.location = (0.6, -1.0, 0.6)
     lamp.rotation_euler = (Vector((0, 0, 0)) - lamp.location).to_track_quat("-Z", "Y").to_euler()
     scene.collection.objects.link(lamp)
