@@ -14,8 +14,8 @@ pub fn check() -> anyhow::Result<()> {
     run(cargo(&["doc", "--release", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "--deny warnings"))?;
     say("Python");
     let ruff = BLENDER_5_0.program("ruff")?;
-    run(Command::new(&ruff).args(["check", "addon", "tests", "blend_fixtures", "rust/xtask/python"]))?;
-    run(Command::new(&ruff).args(["format", "--check", "addon", "tests", "blend_fixtures", "rust/xtask/python"]))?;
+    run(Command::new(&ruff).args(["check", "addon", "tests", "blend_fixtures", "rust/xtask/python", "rust/assets/tests", "rust/bench/peers"]))?;
+    run(Command::new(&ruff).args(["format", "--check", "addon", "tests", "blend_fixtures", "rust/xtask/python", "rust/assets/tests", "rust/bench/peers"]))?;
     say("types");
     let mut pyright = Command::new(BLENDER_5_0.program("pyright")?);
     pyright.args(["--warnings", "--project", ".pyright.json", "--pythonpath"]);

@@ -29,6 +29,14 @@ pub const BLENDER_5_0: Environment = Environment {
 pub const BLENDER_4_5: Environment =
     Environment { name: "venv-blender-4.5", packages: &["bpy==4.5.15", "pytest==9.1.1"] };
 
+/// OpenCV 4, a peer of the benches.
+pub const OPENCV_4: Environment =
+    Environment { name: "venv-bench/opencv-4", packages: &["opencv-python-headless==4.14.0.94", "numpy==2.4.6"] };
+
+/// OpenCV 5, a peer of the benches.
+pub const OPENCV_5: Environment =
+    Environment { name: "venv-bench/opencv-5", packages: &["opencv-python-headless==5.0.0.93", "numpy==2.4.6"] };
+
 impl Environment {
     /// A program of the environment, which is made when it is not there or its list has changed.
     pub fn program(&self, name: &str) -> anyhow::Result<PathBuf> {

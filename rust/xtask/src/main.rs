@@ -4,6 +4,7 @@
 //! at a pinned version, into `target/`.
 
 mod addon;
+mod bench;
 mod check;
 mod demo;
 mod environment;
@@ -46,6 +47,12 @@ enum Task {
     },
     /// Formatting, lints, documentation, types, layers
     Check,
+    /// Time and error of our features beside their peers'
+    Bench {
+        /// One feature; all without it
+        #[arg(value_parser = bench::WORDS)]
+        word: Option<String>,
+    },
     /// Builds the generic head and the landmark nets into target/assets
     Head,
     /// Builds the wheel and the validated extension zip into target/addon
@@ -59,6 +66,7 @@ fn main() -> anyhow::Result<()> {
         Task::Demo { clip, frames, out } => demo::demo(clip.as_deref(), frames.as_deref(), &out),
         Task::Test { gui } => test::test(gui),
         Task::Check => check::check(),
+        Task::Bench { word } => bench::bench(word.as_deref()),
         Task::Head => generic_head::build().map(drop),
         Task::Addon => addon::build().map(drop),
         Task::Fixtures => test::fixtures(),

@@ -1,0 +1,55 @@
+"""What all peers share: inputs, times, results. What `src/clock.rs` and `src/results.rs` are in Rust."""
+
+import json
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+ENOUGH_S = 0.4
+ROUNDS = (3, 200)
+
+
+@dataclass
+class Run:
+    """One task on one case; `setting` tells how the peer was set."""
+
+    case: str
+    task: str
+    setting: str
+    times_ms: dict[str, float]
+    answer: Any
+
+
+def median_ms(work: Callable[[], Any]) -> float:
+    """Median processor time of `work`, milliseconds, after one round that is not counted."""
+    work()
+    started, rounds = time.process_time(), []
+    while len(rounds) < ROUNDS[0] or (len(rounds) < ROUNDS[1] and time.process_time() - started < ENOUGH_S):
+        before = time.process_time()
+        work()
+        rounds.append(1e3 * (time.process_time() - before))
+    return statistics.median(rounds)
+
+
+def read_grey(path: Path) -> np.ndarray:
+    """A picture as grey levels."""
+    picture = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    if picture is None:
+        raise SystemExit(f"cannot read {path}")
+    return picture
+
+
+def main(measure: Callable[[dict[str, Any], Path], list[Run]]) -> None:
+    """`WORD.py FOLDER RESULT`: measures every case of `inputs.json`, on one thread."""
+    folder, result = map(Path, sys.argv[1:])
+    cv2.setNumThreads(1)
+    cases = json.loads((folder / "inputs.json").read_text())
+    runs = [asdict(run) for case in cases for run in measure(case, folder)]
+    result.write_text(json.dumps({"program": f"OpenCV {cv2.__version__}", "runs": runs}))

@@ -1,0 +1,54 @@
+//! `cargo x bench [WORD]`: time and error of a feature, ours and the peer's, on the same inputs in the same run.
+
+use crate::environment::{Environment, OPENCV_4, OPENCV_5};
+use crate::run::{cargo, root, run, say, target};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Features that are measured.
+pub const WORDS: [&str; 3] = ["calibrate", "track", "motion"];
+/// Ours and the peers are measured in turn so many times; the table shows the median.
+const TURNS: usize = 3;
+/// Every side gets one thread.
+const ONE_THREAD: [(&str, &str); 3] =
+    [("RAYON_NUM_THREADS", "1"), ("OMP_NUM_THREADS", "1"), ("OPENBLAS_NUM_THREADS", "1")];
+
+/// Measures one feature, or all.
+pub fn bench(word: Option<&str>) -> anyhow::Result<()> {
+    let words = WORDS.iter().filter(|w| word.is_none_or(|wanted| wanted == **w));
+    words.into_iter().try_for_each(|word| measure(word))
+}
+
+fn measure(word: &str) -> anyhow::Result<()> {
+    let folder = target("bench").join(word);
+    say(&format!("{word}: inputs"));
+    run(&mut ours("inputs", word, &folder))?;
+    let mut results = Vec::new();
+    for turn in 1..=TURNS {
+        say(&format!("{word}: turn {turn} of {TURNS}"));
+        results.push(result(&folder, "ours", turn));
+        run(ours("measure", word, &folder).args(results.last()).envs(ONE_THREAD))?;
+        for (name, peer) in [("opencv-4", &OPENCV_4), ("opencv-5", &OPENCV_5)] {
+            results.push(result(&folder, name, turn));
+            run(python(peer, word, &folder)?.args(results.last()).envs(ONE_THREAD))?;
+        }
+    }
+    say(word);
+    run(ours("table", word, &folder).args(&results))
+}
+
+fn result(folder: &Path, side: &str, turn: usize) -> PathBuf {
+    folder.join(format!("{side}-{turn}.json"))
+}
+
+fn ours(step: &str, word: &str, folder: &Path) -> Command {
+    let mut command = cargo(&["run", "--quiet", "--release", "--package", "bench", "--", step, word]);
+    command.arg(folder);
+    command
+}
+
+fn python(peer: &Environment, word: &str, folder: &Path) -> anyhow::Result<Command> {
+    let mut command = peer.python()?;
+    command.arg(root().join("rust/bench/peers").join(word).with_extension("py")).arg(folder);
+    Ok(command)
+}
