@@ -4,6 +4,10 @@ use crate::environment::BLENDER_5_0;
 use crate::run::{cargo, run, say};
 use std::process::Command;
 
+/// Folders with Python.
+const PYTHON: [&str; 6] =
+    ["addon", "tests", "blend_fixtures", "rust/assets/tests", "rust/bench/peers", "rust/xtask/python"];
+
 /// Runs every check.
 pub fn check() -> anyhow::Result<()> {
     say("formatting");
@@ -14,8 +18,8 @@ pub fn check() -> anyhow::Result<()> {
     run(cargo(&["doc", "--release", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "--deny warnings"))?;
     say("Python");
     let ruff = BLENDER_5_0.program("ruff")?;
-    run(Command::new(&ruff).args(["check", "addon", "tests", "blend_fixtures", "rust/xtask/python", "rust/assets/tests", "rust/bench/peers"]))?;
-    run(Command::new(&ruff).args(["format", "--check", "addon", "tests", "blend_fixtures", "rust/xtask/python", "rust/assets/tests", "rust/bench/peers"]))?;
+    run(Command::new(&ruff).arg("check").args(PYTHON))?;
+    run(Command::new(&ruff).args(["format", "--check"]).args(PYTHON))?;
     say("types");
     let mut pyright = Command::new(BLENDER_5_0.program("pyright")?);
     pyright.args(["--warnings", "--project", ".pyright.json", "--pythonpath"]);
