@@ -51,9 +51,11 @@ def reconstruct(arguments: argparse.Namespace) -> None:
     if arguments.frames:
         clip.use_range = True
         clip.first, clip.last = (int(n) for n in arguments.frames.split("-"))
-    result = bpy.ops.facewright.reconstruct(output=str(arguments.out))
-    if result != {"FINISHED"}:
-        raise SystemExit("the reconstruction failed")
+    try:
+        bpy.ops.facewright.reconstruct(output=str(arguments.out))
+    except RuntimeError as error:
+        # Blender's way to hand on what the operator reports.
+        raise SystemExit(str(error).strip()) from None
     report = json.loads((arguments.out / "report.json").read_text())
     print(f"library: {report['timings_s']}")
 
@@ -96,7 +98,8 @@ def set_up_studio() -> bpy.types.Scene:
     scene.view_settings.view_transform = "Standard"
     world = bpy.data.worlds.new("Studio")
     scene.world = world
-    world.use_nodes = True
+    if bpy.app.version < (5, 0):
+        world.use_nodes = True
     background = next(n for n in world.node_tree.nodes if n.type == "BACKGROUND")
     background.inputs["Color"].default_value = (0.5, 0.5, 0.5, 1.0)
     background.inputs["Strength"].default_value = 1.3
