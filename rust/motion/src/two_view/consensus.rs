@@ -12,6 +12,10 @@ use crate::triangulate::triangulate;
 use geometry::{Mat3, Transform, Vec2, Vec3};
 use nalgebra::Rotation3;
 
+/// Where the search stops telling distances apart, in parts of the largest distance of a right match: about 2.3 standard
+/// deviations when that is 3.3. Beyond, among few matches, wrong ones decide which motion wins.
+const TRUNCATION: f64 = 0.7;
+
 /// The motion between two frames in spite of wrong matches.
 ///
 /// `a`, `b`: matches in normalised coordinates. Fails when there are fewer than eight, when the head does not turn between
@@ -20,7 +24,7 @@ pub fn robust(a: &[Vec2], b: &[Vec2], options: &TwoViewOptions) -> Result<TwoVie
     check_matches(a, b)?;
     check_options(options, a.len())?;
     let total = a.len();
-    let start = Search { a, b, options, threshold2: options.threshold.powi(2) }.run();
+    let start = Search { a, b, options, threshold2: (TRUNCATION * options.threshold).powi(2) }.run();
     let start = start.ok_or(MotionError::NoAgreement { agree: 0, total })?;
     let fitted = likelier_of_twins(a, b, start, options.threshold);
     let fitted = fitted.ok_or(MotionError::NoAgreement { agree: 0, total })?;
@@ -192,6 +196,9 @@ impl Fitted {
     }
 }
 
+/// A twin less likely than the first motion by more than this per match is not refined.
+const WORTH_A_LOOK: f64 = 0.5;
+
 /// Seen from afar, a turn and the opposite turn of the depth-reversed points give nearly the same pictures: both motions are
 /// minima of the cost, and consensus may have found either. The likelier one with its points before the cameras is right.
 fn likelier_of_twins(a: &[Vec2], b: &[Vec2], start: Transform, threshold: f64) -> Option<Fitted> {
@@ -202,7 +209,9 @@ fn likelier_of_twins(a: &[Vec2], b: &[Vec2], start: Transform, threshold: f64) -
     let twin =
         depth_reversed(&in_a, &in_b, &first.pose).map(|t| refine_with(&in_a, &in_b, &t, 10, |squared| (squared, 1.0)));
     // Only a twin that comes close is worth its own mixture.
-    let close = |twin: &Transform| first.mixture.surprise(&squares(a, b, twin)) < first.surprise + 0.1 * a.len() as f64;
+    let close = |twin: &Transform| {
+        first.mixture.surprise(&squares(a, b, twin)) < first.surprise + WORTH_A_LOOK * a.len() as f64
+    };
     let second = twin.filter(close).map(|twin| refine_mixture(a, b, twin, threshold));
     let valid = [Some(first), second].into_iter().flatten().filter_map(|fitted| fitted.before_cameras(a, b));
     valid.min_by(|p, q| p.surprise.total_cmp(&q.surprise))

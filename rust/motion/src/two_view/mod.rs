@@ -43,9 +43,9 @@ pub struct TwoViewOptions {
 }
 
 impl Default for TwoViewOptions {
-    /// One pixel at a focal length of 650, confidence 0.999, 2000 samples.
+    /// One pixel at a focal length of 650, confidence 1 − 10⁻⁷, 2000 samples.
     fn default() -> Self {
-        Self { threshold: 1.0 / 650.0, confidence: 0.999, max_iterations: 2000, seed: 0, order: None }
+        Self { threshold: 1.0 / 650.0, confidence: 1.0 - 1e-7, max_iterations: 2000, seed: 0, order: None }
     }
 }
 
