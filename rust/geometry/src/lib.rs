@@ -16,6 +16,7 @@
 //! +x to the subject's left, +y up, +z out of the face.
 #![forbid(unsafe_code)]
 
+mod board;
 mod camera;
 pub mod face_mesh;
 pub mod least_squares;
@@ -25,6 +26,7 @@ pub mod rbf;
 mod similarity;
 mod transform;
 
+pub use board::{Board, Pattern};
 pub use camera::{Camera, CameraError, CameraJacobian};
 pub use progress::{Cancelled, Progress};
 pub use similarity::Similarity;
