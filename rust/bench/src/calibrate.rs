@@ -5,13 +5,13 @@ use crate::feature::{Feature, Figure};
 use crate::files::{read_grey, write_grey};
 use crate::results::{Pixel, Run, to_pixels, to_points};
 use crate::scenes::{board, clip::Clip};
-use geometry::{Camera, Transform, Vec2};
+use geometry::{Board, Camera, Transform, Vec2};
 use image::GrayImage;
 use motion::calibrate::{CalibrateOptions, calibrate};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
-use vision::board::{BoardOptions, BoardSize, detect};
+use vision::board::{BoardCorners, BoardOptions, detect};
 
 /// Pictures of the computed case.
 const VIEWS: usize = 14;
@@ -112,15 +112,16 @@ fn case(
 fn measure(case: &Case, folder: &Path) -> anyhow::Result<Run<Answer>> {
     let pictures =
         case.pictures.iter().map(|file| read_grey(&folder.join(file))).collect::<anyhow::Result<Vec<_>>>()?;
-    let size = BoardSize { columns: case.inner.0, rows: case.inner.1 };
-    let find = || pictures.iter().map(|p| detect(p, size, &BoardOptions::default()).ok()).collect::<Vec<_>>();
+    let asked = [Board::checkerboard(case.inner.0, case.inner.1, case.square)];
+    let find = || pictures.iter().map(|p| detect(p, &asked, &BoardOptions::default()).ok()).collect::<Vec<_>>();
     let found = find();
-    let views: Vec<Vec<Vec2>> = found.iter().flatten().map(|board| board.corners.clone()).collect();
+    let positions = |board: &BoardCorners| board.corners.iter().map(|c| c.position).collect::<Vec<Vec2>>();
+    let views: Vec<Vec<Vec2>> = found.iter().flatten().map(positions).collect();
     let plane = board::corners(case.inner, case.square);
     let solve = || calibrate(&views, &plane, case.width, case.height, &CalibrateOptions::default());
     let find_ms = median_ms(find) / pictures.len() as f64;
     let times_ms = BTreeMap::from([("find".to_owned(), find_ms), ("solve".to_owned(), median_ms(solve))]);
-    let boards = found.iter().map(|board| Some(to_pixels(&board.as_ref()?.corners))).collect();
+    let boards = found.iter().map(|board| Some(to_pixels(&positions(board.as_ref()?)))).collect();
     let answer = Answer { boards, camera: solve().ok().map(|solved| solved.camera) };
     Ok(Run { case: case.name.clone(), task: "board".to_owned(), setting: String::new(), times_ms, answer })
 }

@@ -1,13 +1,13 @@
 //! A camera from pictures of a board.
 
 use crate::{CameraSource, FacewrightError, FrameSet, SourcedCamera};
-use geometry::{Progress, Vec2};
+use geometry::{Board, Progress, Vec2};
 use image::imageops;
 use motion::calibrate::{Calibration, CameraDeviations};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use vision::board::{BoardCorners, BoardError, BoardOptions, BoardSize, detect};
+use vision::board::{BoardCorners, BoardError, BoardOptions, detect};
 
 /// The board that was filmed.
 #[derive(Clone, Copy, Debug)]
@@ -74,7 +74,8 @@ pub fn calibrate(
         return Err(FacewrightError::Option { name: "the board's square", expected: "longer than 0 mm" });
     }
     let detections = detect_all(pictures, options, progress)?;
-    let views: Vec<Vec<Vec2>> = detections.iter().flatten().map(|board| board.corners.clone()).collect();
+    let views: Vec<Vec<Vec2>> =
+        detections.iter().flatten().map(|board| board.corners.iter().map(|c| c.position).collect()).collect();
     if views.len() < 3 {
         let hint = detections.iter().find_map(|d| d.as_ref().err()).map_or(String::new(), ToString::to_string);
         return Err(FacewrightError::TooFewBoards { found: views.len(), pictures: pictures.len(), hint });
@@ -97,10 +98,10 @@ fn detect_all(
 ) -> Result<Vec<Detection>, FacewrightError> {
     progress.stage("boards")?;
     let done = AtomicUsize::new(0);
-    let size = BoardSize { columns: options.inner.0, rows: options.inner.1 };
+    let board = Board::checkerboard(options.inner.0, options.inner.1, options.square);
     let look = |i: usize| -> Result<Detection, FacewrightError> {
         progress.step(done.fetch_add(1, Ordering::Relaxed), pictures.len())?;
-        Ok(detect(&imageops::grayscale(&pictures.load(i)?), size, &BoardOptions::default()))
+        Ok(detect(&imageops::grayscale(&pictures.load(i)?), &[board], &BoardOptions::default()))
     };
     (0..pictures.len()).into_par_iter().map(look).collect()
 }

@@ -1,12 +1,14 @@
-//! From a grown lattice to the board that was asked for: its extent, its first corner, or what is wrong with it.
+//! From a grown lattice to a board that was asked for: which one, which of its corners, or what is wrong.
 
 use super::lattice::{Cell, Lattice};
-use super::saddles::Saddle;
-use super::{BoardError, BoardSize};
-use geometry::Vec2;
+use super::level::Level;
+use super::mark;
+use geometry::{Board, Vec2};
 
 /// A side line of a lattice belongs to the board when at least this part of it was found.
 const MIN_FILLED: f64 = 0.5;
+/// Corners in a row and in a column that tell a board from a texture.
+const MIN_SPAN: i32 = 3;
 
 /// Cells from `first` to `last`, both included.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,7 +40,8 @@ impl Extent {
         (self.first.1..=self.last.1).flat_map(move |j| (self.first.0..=self.last.0).map(move |i| (i, j)))
     }
 
-    /// The four lines of cells `outside` steps beyond (0: the outermost lines themselves).
+    /// The four lines of cells `outside` steps beyond (0: the outermost lines themselves): before and after the columns,
+    /// before and after the rows.
     fn sides(self, outside: i32) -> [Self; 4] {
         let Self { first: (i0, j0), last: (i1, j1) } = self;
         let line = |first, last| Self { first, last };
@@ -70,62 +73,109 @@ impl Extent {
     }
 }
 
-/// A lattice that is not the board asked for, and how many corners it has.
-pub(super) struct Mismatch {
-    pub(super) error: BoardError,
-    pub(super) corners: usize,
+/// A board in a lattice.
+#[derive(Debug)]
+pub(super) struct Placement {
+    /// Index among the boards asked for.
+    pub(super) board: usize,
+    /// Position of each of the board's corners, row by row; `None` where it was not seen.
+    pub(super) positions: Vec<Option<Vec2>>,
+    /// Whether half a turn of the board would be noticed.
+    pub(super) oriented: bool,
+    /// Whether no corner is missing inside the picture.
+    pub(super) complete: bool,
 }
 
-/// The positions of the asked board's corners, row by row from its first corner, in a level of `width × height`.
-pub(super) fn arrange(
-    lattice: &Lattice,
-    saddles: &[Saddle],
-    asked: BoardSize,
-    (width, height): (usize, usize),
-) -> Result<Vec<Vec2>, Mismatch> {
-    let nothing = Mismatch { error: BoardError::NotFound { asked }, corners: 0 };
-    let Some(all) = Extent::of(lattice) else { return Err(nothing) };
-    if let Some(board) = whole_board(lattice, all, asked) {
-        return Ok(from_first_corner(lattice, saddles, board, asked));
+impl Placement {
+    pub(super) fn seen(&self) -> usize {
+        self.positions.iter().flatten().count()
     }
-    let extent = trimmed(lattice, all);
-    let corners = extent.count(lattice);
-    if extent.columns().min(extent.rows()) < 3 || extent.filled(lattice) < MIN_FILLED {
-        return Err(nothing);
-    }
-    let seen = BoardSize { columns: extent.columns() as u32, rows: extent.rows() as u32 };
-    let (seen_sorted, asked_sorted) = (seen.sorted(), asked.sorted());
-    let larger = seen_sorted.0 > asked_sorted.0 || seen_sorted.1 > asked_sorted.1;
-    let continues = extent.sides(1).into_iter().any(|side| {
-        side.count(lattice) > 0
-            || side.cells().filter_map(|c| lattice.predict(saddles, c)).any(|p| {
-                let p = p.position;
-                p.x < 2.0 || p.y < 2.0 || p.x > width as f64 - 3.0 || p.y > height as f64 - 3.0
-            })
-    });
-    let error = if seen_sorted == asked_sorted || (!larger && continues) {
-        BoardError::NotWhole { asked, seen: corners }
-    } else {
-        BoardError::WrongSize { asked, found: if asked.columns >= asked.rows { seen.wide() } else { seen.tall() } }
-    };
-    Err(Mismatch { error, corners })
 }
 
-/// The extent of exactly the size asked that is full, while the lines around it are not the board's.
-fn whole_board(lattice: &Lattice, all: Extent, asked: BoardSize) -> Option<Extent> {
-    for size in [asked, asked.turned()] {
-        let (columns, rows) = (size.columns as i32, size.rows as i32);
+/// A lattice that is none of the boards asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Mismatch {
+    /// No board at all.
+    Nothing,
+    /// So many corners of one asked for, but not which.
+    Unplaced { corners: usize },
+    /// Another one: corners in a row, rows.
+    Other { columns: u32, rows: u32 },
+}
+
+impl Mismatch {
+    /// How many corners there are.
+    pub(super) fn corners(&self) -> usize {
+        match *self {
+            Self::Nothing => 0,
+            Self::Unplaced { corners } => corners,
+            Self::Other { columns, rows } => (columns * rows) as usize,
+        }
+    }
+}
+
+/// A board asked for and the cells it would take, seen or not.
+struct Candidate {
+    board: usize,
+    extent: Extent,
+}
+
+/// Finds the board that a lattice is.
+pub(super) fn arrange(lattice: &Lattice, level: &Level, boards: &[Board]) -> Result<Placement, Mismatch> {
+    let Some(all) = Extent::of(lattice) else { return Err(Mismatch::Nothing) };
+    if let Some(whole) = boards.iter().enumerate().find_map(|(k, board)| whole_board(lattice, all, k, board)) {
+        let whole_readings = readings(lattice, level, &whole, &boards[whole.board]);
+        return choose(whole_readings, true).ok_or(Mismatch::Nothing);
+    }
+    let seen = trimmed(lattice, all);
+    if seen.columns().min(seen.rows()) < MIN_SPAN || seen.filled(lattice) < MIN_FILLED {
+        return Err(Mismatch::Nothing);
+    }
+    let ends = seen.sides(1).map(|side| lattice.is_inside(side.cells(), level));
+    let fits = |(k, board): (usize, &Board)| sizes(board).map(move |size| part_of_board(k, size, seen, ends));
+    let candidates: Vec<Candidate> = boards.iter().enumerate().flat_map(fits).flatten().collect();
+    let complete = seen.filled(lattice) == 1.0;
+    let possible: Vec<Reading> =
+        candidates.iter().flat_map(|c| readings(lattice, level, c, &boards[c.board])).collect();
+    choose(possible, complete).ok_or_else(|| mismatch(lattice, seen, ends, boards))
+}
+
+/// Columns and rows of a board's corners in the two ways it can lie in a lattice; once where they are the same.
+fn sizes(board: &Board) -> impl Iterator<Item = (i32, i32)> + use<> {
+    let (columns, rows) = board.corners();
+    let (columns, rows) = (columns as i32, rows as i32);
+    [(columns, rows), (rows, columns)].into_iter().take(if columns == rows { 1 } else { 2 })
+}
+
+/// The extent of exactly a board's size that is full, while the lines around it are not the board's.
+fn whole_board(lattice: &Lattice, all: Extent, index: usize, board: &Board) -> Option<Candidate> {
+    for (columns, rows) in sizes(board) {
         for j in all.first.1..=all.last.1 - rows + 1 {
             for i in all.first.0..=all.last.0 - columns + 1 {
                 let extent = Extent { first: (i, j), last: (i + columns - 1, j + rows - 1) };
                 let ends = extent.sides(1).into_iter().all(|side| side.filled(lattice) < MIN_FILLED);
                 if ends && extent.filled(lattice) == 1.0 {
-                    return Some(extent);
+                    return Some(Candidate { board: index, extent });
                 }
             }
         }
     }
     None
+}
+
+/// The cells of a board of which a part is seen and the rest is cut off by the picture's border. `None` where the part is
+/// too large, or where the sides that end in the picture do not tell which part it is.
+fn part_of_board(board: usize, (columns, rows): (i32, i32), seen: Extent, ends: [bool; 4]) -> Option<Candidate> {
+    let along = |first: i32, last: i32, size: i32, ends: [bool; 2]| match (last - first + 1 - size, ends) {
+        (0, _) => Some((first, last)),
+        (1.., _) => None,
+        (_, [true, false]) => Some((first, first + size - 1)),
+        (_, [false, true]) => Some((last - size + 1, last)),
+        _ => None,
+    };
+    let (i0, i1) = along(seen.first.0, seen.last.0, columns, [ends[0], ends[1]])?;
+    let (j0, j1) = along(seen.first.1, seen.last.1, rows, [ends[2], ends[3]])?;
+    Some(Candidate { board, extent: Extent { first: (i0, j0), last: (i1, j1) } })
 }
 
 /// The extent without the side lines of which too little was found, emptiest first.
@@ -141,10 +191,18 @@ fn trimmed(lattice: &Lattice, mut extent: Extent) -> Extent {
     extent
 }
 
-/// Reads a board out so that the square before the first corner is black, if any turn of the board allows that; of the
-/// turns that remain, the one whose rows run most to the right.
-fn from_first_corner(lattice: &Lattice, saddles: &[Saddle], board: Extent, asked: BoardSize) -> Vec<Vec2> {
-    let Extent { first: (i0, j0), last: (i1, j1) } = board;
+/// A way to read a board's corners out of a lattice, and how well it agrees with the picture.
+struct Reading {
+    placement: Placement,
+    /// Whether the mark is there; `None` where it can't be seen.
+    marked: Option<bool>,
+    /// How much the rows run to the right, −1…1.
+    rightward: f64,
+}
+
+/// The turns of a candidate in which black squares are where the board has them.
+fn readings(lattice: &Lattice, level: &Level, candidate: &Candidate, board: &Board) -> Vec<Reading> {
+    let Extent { first: (i0, j0), last: (i1, j1) } = candidate.extent;
     // First corner and steps along a row and along a column, by quarter turns.
     let turns = [
         ((i0, j0), (1, 0), (0, 1)),
@@ -152,22 +210,74 @@ fn from_first_corner(lattice: &Lattice, saddles: &[Saddle], board: Extent, asked
         ((i1, j1), (-1, 0), (0, -1)),
         ((i0, j1), (0, -1), (1, 0)),
     ];
-    let (columns, rows) = (asked.columns as i32, asked.rows as i32);
-    let at = |turn: usize, column: i32, row: i32| {
-        let ((i, j), a, b) = turns[turn];
-        saddles[lattice.cells[&(i + a.0 * column + b.0 * row, j + a.1 * column + b.1 * row)]].position
+    let (columns, rows) = (board.corners().0 as i32, board.corners().1 as i32);
+    let reading = |turn: usize| {
+        let (corner, a, b) = turns[turn];
+        let cell = move |c: i32, r: i32| (corner.0 + a.0 * c + b.0 * r, corner.1 + a.1 * c + b.1 * r);
+        let fits = candidate.extent.columns() == if turn.is_multiple_of(2) { columns } else { rows };
+        if !fits || !is_coloured(lattice, corner, turn) {
+            return None;
+        }
+        let at = |c: i32, r: i32| lattice.cells.get(&cell(c, r)).copied();
+        let positions: Vec<_> = (0..rows).flat_map(|r| (0..columns).map(move |c| at(c, r))).collect();
+        let marked = mark::is_there(level, [at(0, 0), at(1, 0), at(1, 1), at(0, 1)]);
+        let placement = Placement { board: candidate.board, positions, oriented: false, complete: false };
+        Some(Reading { rightward: rightward(&placement.positions, columns as usize), placement, marked })
     };
-    let fits = |turn: usize| board.columns() == if turn.is_multiple_of(2) { columns } else { rows };
-    // A lattice edge along the columns' axis becomes one along the rows' axis by a quarter turn.
-    let black = |turn: usize| lattice.is_black_before(turns[turn].0) == turn.is_multiple_of(2);
-    let rank = |turn: usize| {
-        let along = at(turn, columns - 1, 0) - at(turn, 0, 0);
-        (black(turn), along.x / along.norm())
+    (0..4).filter_map(reading).collect()
+}
+
+/// Whether the square that belongs to a board's first corner is black where `corner` is that corner.
+fn is_coloured(lattice: &Lattice, corner: Cell, turn: usize) -> bool {
+    // Squares that stand apart look the same after each turn. On a checkerboard the lattice's colour is told for the square
+    // before a cell along both axes, and changes with each quarter turn.
+    lattice.is_paired() || lattice.is_black_before(corner) == turn.is_multiple_of(2)
+}
+
+fn rightward(positions: &[Option<Vec2>], columns: usize) -> f64 {
+    let steps = positions.chunks(columns).flat_map(|row| row.windows(2)).filter_map(|w| Some(w[1]? - w[0]?));
+    let sum: Vec2 = steps.sum();
+    sum.x / sum.norm()
+}
+
+/// The one reading that the mark or the colours allow; of two that look the same the one with its rows to the right.
+fn choose(readings: Vec<Reading>, complete: bool) -> Option<Placement> {
+    let marked = readings.iter().filter(|r| r.marked == Some(true)).count();
+    let open = readings.iter().filter(|r| r.marked != Some(false)).count();
+    let one = readings.len() == 1;
+    let by_mark = marked == 1 && open == 1;
+    // Readings of one board that differ by a turn are the same corners in another order; others are not the same corners.
+    let same = |r: &Reading| {
+        let seen = |r: &Reading| r.placement.positions.iter().map(Option::is_some).collect::<Vec<_>>();
+        let first = &readings[0];
+        let reversed = first.placement.positions.iter().rev().map(Option::is_some).collect::<Vec<_>>();
+        r.placement.board == first.placement.board && (seen(r) == seen(first) || seen(r) == reversed)
     };
-    let best = (0..4).filter(|&t| fits(t)).max_by(|&a, &b| {
-        let (a, b) = (rank(a), rank(b));
-        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-    });
-    let turn = best.unwrap_or(0);
-    (0..rows).flat_map(|row| (0..columns).map(move |column| (column, row))).map(|(c, r)| at(turn, c, r)).collect()
+    let turned = readings.iter().all(same);
+    if !(one || by_mark || turned) {
+        return None;
+    }
+    let rank = |r: &Reading| (r.marked == Some(true) && by_mark, r.rightward);
+    let best = readings.into_iter().max_by(|p, q| {
+        let (p, q) = (rank(p), rank(q));
+        p.0.cmp(&q.0).then(p.1.total_cmp(&q.1))
+    })?;
+    Some(Placement { oriented: one || by_mark, complete, ..best.placement })
+}
+
+/// What to say of a lattice that is no board asked for.
+fn mismatch(lattice: &Lattice, seen: Extent, ends: [bool; 4], boards: &[Board]) -> Mismatch {
+    let corners = seen.count(lattice);
+    let (columns, rows) = (seen.columns(), seen.rows());
+    let smaller = |(c, r): (i32, i32)| columns <= c && rows <= r;
+    let could_be = boards.iter().flat_map(sizes).any(smaller);
+    let same = boards.iter().flat_map(sizes).any(|size| size == (columns, rows));
+    let cut = !ends.iter().all(|&e| e) || seen.sides(1).into_iter().any(|side| side.count(lattice) > 0);
+    if same || (could_be && cut) {
+        return Mismatch::Unplaced { corners };
+    }
+    let (wide, tall) = (columns.max(rows) as u32, columns.min(rows) as u32);
+    let lying = boards.first().is_none_or(|b| b.columns >= b.rows);
+    let (columns, rows) = if lying { (wide, tall) } else { (tall, wide) };
+    Mismatch::Other { columns, rows }
 }

@@ -3,7 +3,7 @@
 //! Where a black and white board crosses, the determinant of the Hessian has a negative peak and the gradient vanishes;
 //! straight edges and ends of lines have neither. The Hessian's null directions are the two edges.
 
-use super::plane::Plane;
+use super::level::{Level, Plane};
 use geometry::Vec2;
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -20,6 +20,8 @@ const MIN_SECTOR_GAP: f64 = 0.3;
 const PEAK_RADIUS: usize = 2;
 /// Width of the border in which no saddle is looked for: room for [`SECTOR_RADIUS`] and a Newton step.
 const MARGIN: usize = 6;
+/// Pixels of a row that are looked at together.
+const PIECE: usize = 32;
 /// A saddle's gradient vanishes within this many pixels of the peak.
 const MAX_STEP: f64 = 2.0;
 
@@ -37,7 +39,7 @@ pub(super) struct Saddle {
 
 /// The strongest saddles of a level, strongest first, at most `limit`; `min_contrast` between black and white in grey
 /// levels.
-pub(super) fn find(level: &Plane, min_contrast: f64, limit: usize) -> Vec<Saddle> {
+pub(super) fn find(level: &Level, min_contrast: f64, limit: usize) -> Vec<Saddle> {
     if level.width <= 2 * MARGIN || level.height <= 2 * MARGIN {
         return Vec::new();
     }
@@ -49,8 +51,8 @@ pub(super) fn find(level: &Plane, min_contrast: f64, limit: usize) -> Vec<Saddle
         .with_min_len(16)
         .flat_map_iter(|y| {
             let (smooth, response) = (&smooth, &response);
-            (MARGIN..level.width - MARGIN)
-                .filter(move |&x| response.row(y)[x] > threshold && is_peak(response, x, y))
+            strong(response.row(y), threshold)
+                .filter(move |&x| is_peak(response, x, y))
                 .filter_map(move |x| measure(smooth, x, y))
         })
         .collect();
@@ -62,9 +64,26 @@ pub(super) fn find(level: &Plane, min_contrast: f64, limit: usize) -> Vec<Saddle
 /// Negative determinant of the Hessian; zero on the border.
 fn responses(smooth: &Plane) -> Plane {
     let (width, height) = (smooth.width, smooth.height);
-    let mut pixels = vec![0.0; width * height];
-    pixels.par_chunks_mut(width).enumerate().skip(1).take(height - 2).for_each(|(y, out)| {
-        let (above, here, below) = (smooth.row(y - 1), smooth.row(y), smooth.row(y + 1));
+    let mut values = vec![0.0; width * height];
+    values.par_chunks_mut(width).enumerate().skip(1).take(height - 2).with_min_len(32).for_each(|(y, out)| {
+        let rows = [smooth.row(y - 1), smooth.row(y), smooth.row(y + 1)];
+        pulp::Arch::new().dispatch(ResponseRow { rows, out });
+    });
+    Plane { width, height, values }
+}
+
+/// One row of responses from the three smoothed ones around it.
+struct ResponseRow<'a> {
+    rows: [&'a [f32]; 3],
+    out: &'a mut [f32],
+}
+
+impl pulp::NullaryFnOnce for ResponseRow<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { rows: [above, here, below], out } = self;
         let windows = above.windows(3).zip(here.windows(3)).zip(below.windows(3));
         for (value, ((a, h), b)) in out[1..].iter_mut().zip(windows) {
             let xx = h[0] - 2.0 * h[1] + h[2];
@@ -72,8 +91,18 @@ fn responses(smooth: &Plane) -> Plane {
             let xy = 0.25 * (a[0] - a[2] - b[0] + b[2]);
             *value = xy * xy - xx * yy;
         }
-    });
-    Plane { width, height, pixels }
+    }
+}
+
+/// Columns of a row, within the margins, where the response exceeds a threshold.
+fn strong(row: &[f32], threshold: f32) -> impl Iterator<Item = usize> {
+    // Whole pieces without any are passed over at once.
+    let pieces = row[MARGIN..row.len() - MARGIN].chunks(PIECE).enumerate();
+    let some = pieces.filter(move |(_, piece)| piece.iter().filter(|&&v| v > threshold).count() > 0);
+    some.flat_map(move |(k, piece)| {
+        let columns = piece.iter().enumerate().filter(move |&(_, &v)| v > threshold);
+        columns.map(move |(x, _)| MARGIN + k * PIECE + x)
+    })
 }
 
 fn is_peak(response: &Plane, x: usize, y: usize) -> bool {
@@ -130,14 +159,14 @@ mod tests {
     use super::*;
 
     /// A crossing of two ramps at `angles`, bright in the sector from the first to the second.
-    fn crossing(centre: Vec2, angles: [f64; 2]) -> Plane {
+    fn crossing(centre: Vec2, angles: [f64; 2]) -> Level<'static> {
         let side = |d: Vec2, angle: f64| (d.y * angle.cos() - d.x * angle.sin()).clamp(-0.8, 0.8) / 0.8;
         let (width, height) = (40, 30);
         let value = |i: usize| {
             let d = Vec2::new((i % width) as f64, (i / width) as f64) - centre;
             (128.0 - 80.0 * side(d, angles[0]) * side(d, angles[1])) as f32
         };
-        Plane { width, height, pixels: (0..width * height).map(value).collect() }
+        Level::from_values(width, height, (0..width * height).map(value).collect())
     }
 
     #[test]
@@ -158,7 +187,7 @@ mod tests {
     fn edges_and_corners_of_one_square_give_none() {
         let (width, height) = (40, 30);
         let square = |i: usize| if i % width > 17 && i / width > 12 { 200.0 } else { 40.0 };
-        let plane = Plane { width, height, pixels: (0..width * height).map(square).collect() };
+        let plane = Level::from_values(width, height, (0..width * height).map(square).collect());
         assert!(find(&plane, 20.0, 10).is_empty());
     }
 }

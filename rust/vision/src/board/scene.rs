@@ -1,7 +1,6 @@
 //! Pictures of boards with known corners, by ray casting and area sampling.
 
-use super::BoardSize;
-use geometry::{Camera, Transform, Vec2, Vec3};
+use geometry::{Board, Camera, Pattern, Transform, Vec2, Vec3};
 use image::{GrayImage, Luma};
 use nalgebra::Rotation3;
 use rayon::prelude::*;
@@ -15,8 +14,9 @@ const RAYS: usize = 25;
 pub(super) struct Scene {
     pub(super) camera: Camera,
     pub(super) cam_from_board: Transform,
-    pub(super) size: BoardSize,
-    pub(super) square: f64,
+    pub(super) board: Board,
+    /// Whether the mark is printed.
+    pub(super) marked: bool,
     /// Standard deviation of the lens' blur, pixels.
     pub(super) blur: f64,
     /// Standard deviation of the noise, grey levels.
@@ -30,19 +30,22 @@ pub(super) struct Scene {
 impl Scene {
     /// A 9×6 board of 25.5 mm squares whose middle is `distance` metres away, turned by `angles` (radians about x, y, z).
     pub(super) fn new(camera: Camera, angles: [f64; 3], distance: f64) -> Self {
-        let (size, square) = (BoardSize { columns: 9, rows: 6 }, 0.0255);
+        Self::of(Board::checkerboard(9, 6, 0.0255), camera, angles, distance)
+    }
+
+    /// Another board.
+    pub(super) fn of(board: Board, camera: Camera, angles: [f64; 3], distance: f64) -> Self {
         let rotation = Rotation3::new(Vec3::x() * angles[0])
             * Rotation3::new(Vec3::y() * angles[1])
             * Rotation3::new(Vec3::z() * angles[2]);
-        let middle = Vec3::new(4.0 * square, 2.5 * square, 0.0);
+        let middle = board.centre().push(0.0);
         let cam_from_board = Transform::new(rotation, Vec3::new(0.0, 0.0, distance) - rotation * middle);
-        Self { camera, cam_from_board, size, square, blur: 0.5, noise: 1.5, falloff: 0.2, thumb: 0.0 }
+        Self { camera, cam_from_board, board, marked: false, blur: 0.5, noise: 1.5, falloff: 0.2, thumb: 0.0 }
     }
 
     pub(super) fn corners(&self) -> Vec<Vec2> {
-        let (columns, count) = (self.size.columns, self.size.columns * self.size.rows);
-        let point = |k: u32| Vec3::new(f64::from(k % columns), f64::from(k / columns), 0.0) * self.square;
-        (0..count).map(|k| self.camera.project(&self.cam_from_board.apply(&point(k))).unwrap()).collect()
+        let seen = |p: &Vec2| self.camera.project(&self.cam_from_board.apply(&p.push(0.0))).unwrap();
+        self.board.points().iter().map(seen).collect()
     }
 
     pub(super) fn render(&self, seed: u64) -> GrayImage {
@@ -68,11 +71,12 @@ impl Scene {
     /// Linear light that a ray sees: the board with a white margin, and stripes behind it.
     fn radiance(&self, board_from_cam: &Transform, pixel: Vec2) -> f64 {
         let (origin, ray) = (board_from_cam.translation, board_from_cam.rotation * self.camera.ray(&pixel));
-        let hit = (origin - ray * (origin.z / ray.z)) / self.square;
-        let (columns, rows) = (f64::from(self.size.columns), f64::from(self.size.rows));
-        let inside = |m: f64| hit.x > -1.0 - m && hit.y > -1.0 - m && hit.x < columns + m && hit.y < rows + m;
-        let black = (hit.x.floor() + hit.y.floor()).rem_euclid(2.0) == 0.0;
-        let thumb = (hit.xy() - Vec2::new(2.0, 2.0)).norm() < self.thumb;
+        let hit = (origin - ray * (origin.z / ray.z)).xy() / self.board.square;
+        let black = self.is_black(&hit);
+        let (size, middle) = (self.board.extent() / self.board.square, self.board.centre() / self.board.square);
+        let from_middle = (hit - middle).abs() - size / 2.0;
+        let inside = |m: f64| from_middle.max() < m;
+        let thumb = (hit - Vec2::new(2.0, 2.0)).norm() < self.thumb;
         let reflectance = match (inside(0.0), inside(0.6)) {
             _ if thumb => 0.3,
             (true, _) if black => 0.03,
@@ -80,6 +84,18 @@ impl Scene {
             _ => 0.15 + 0.1 * (pixel.x * 0.9 + pixel.y * 0.4).sin().signum(),
         };
         reflectance * (1.0 - self.falloff * pixel.x / f64::from(self.camera.width))
+    }
+}
+
+impl Scene {
+    /// Whether the pattern, which goes on for ever, is black at a point of the board's plane, squares.
+    fn is_black(&self, hit: &Vec2) -> bool {
+        let mark = self.marked && (hit - Vec2::new(0.5, 0.5)).norm() < Board::MARK_RADIUS;
+        let black = match self.board.pattern {
+            Pattern::Checkerboard => (hit.x.floor() + hit.y.floor()).rem_euclid(2.0) == 0.0,
+            Pattern::Squares { gap } => hit.x.rem_euclid(1.0 + gap) < 1.0 && hit.y.rem_euclid(1.0 + gap) < 1.0,
+        };
+        black && !mark
     }
 }
 
