@@ -3,7 +3,8 @@
 import json
 from pathlib import Path
 
-from ..engine import FacewrightError, board_svg, calibrate
+from ..engine import FacewrightError, Page, calibrate
+from ..engine import save_board as _save_board
 from ..jobs import Work, watch
 
 
@@ -25,12 +26,9 @@ def read_camera(path: str) -> str:
     return text
 
 
-def save_board(path: str, columns: int, rows: int, square_mm: float) -> None:
-    """Write a board to print as SVG."""
-    try:
-        Path(path).write_text(board_svg((columns, rows), square_mm, "A4"), encoding="utf-8")
-    except OSError as error:
-        raise FacewrightError(f"{path} cannot be written: {error}") from error
+def save_board(path: str, columns: int, rows: int, square_mm: float, page: Page) -> None:
+    """Write a board to print, as the SVG, PDF or PNG that the path's extension says."""
+    _save_board(path, inner=(columns, rows), square_mm=square_mm, page=page)
 
 
 def summary(text: str) -> list[str]:

@@ -77,14 +77,14 @@ class FACEWRIGHT_OT_forget_camera(bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_save_board(bpy.types.Operator):
-    """Save a checkerboard to print, as SVG"""
+    """Save a checkerboard to print, exact at 100 % print scale, as PDF, SVG or PNG"""
 
     bl_idname = "facewright.save_board"
     bl_label = "Save Board to Print"
     bl_options = {"REGISTER"}
 
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH", default="board.svg", options={"SKIP_SAVE"})
-    filter_glob: bpy.props.StringProperty(default="*.svg", options={"HIDDEN"})
+    filepath: bpy.props.StringProperty(subtype="FILE_PATH", default="board.pdf", options={"SKIP_SAVE"})
+    filter_glob: bpy.props.StringProperty(default="*.pdf;*.svg;*.png", options={"HIDDEN"})
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> Result:
         context.window_manager.fileselect_add(self)
@@ -94,9 +94,9 @@ class FACEWRIGHT_OT_save_board(bpy.types.Operator):
         settings = context.scene.facewright_camera
         try:
             path = bpy.path.abspath(self.filepath)
-            actions.save_board(path, settings.columns, settings.rows, settings.square_mm)
+            actions.save_board(path, settings.columns, settings.rows, settings.square_mm, settings.page)
         except FacewrightError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        self.report({"INFO"}, f"{self.filepath}: print at 100 % and check the ruler")
+        self.report({"INFO"}, f"{self.filepath}: print at 100 % and check the rulers")
         return {"FINISHED"}

@@ -35,4 +35,5 @@ class FACEWRIGHT_PT_camera(bpy.types.Panel):
         column.prop(settings, "columns", text="Inner Corners")
         column.prop(settings, "rows", text=" ")
         column.prop(settings, "square_mm", text="Square (mm)")
+        column.prop(settings, "page")
         layout.operator(FACEWRIGHT_OT_save_board.bl_idname)

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Literal
 
 from facewright import Cancelled, FacewrightError, Job, Reconstruction
-from facewright import board_svg as board_svg
 from facewright import calibrate as _calibrate
 from facewright import check_folder as check_folder
 from facewright import generic_head as _generic_head
 from facewright import reconstruct as _reconstruct
+from facewright import save_board as _save_board
 
 __all__ = [
     "Cancelled",
@@ -18,14 +18,15 @@ __all__ = [
     "Job",
     "Reconstruction",
     "assets_folder",
-    "board_svg",
     "calibrate",
     "check_folder",
     "generic_head",
     "reconstruct",
+    "save_board",
 ]
 
 Method = Literal["default", "paper"]
+Page = Literal["A4", "A3", "Letter"]
 
 
 def assets_folder() -> str:
@@ -60,3 +61,8 @@ def calibrate(pictures: Sequence[str], *, inner: tuple[int, int], square_mm: flo
 def generic_head() -> Reconstruction:
     """The generic head with its own keys."""
     return _generic_head(assets_folder())
+
+
+def save_board(path: str, *, inner: tuple[int, int], square_mm: float, page: Page) -> None:
+    """Write a checkerboard to print, as the SVG, PDF or PNG that the path's extension says."""
+    _save_board(path, inner=inner, square_mm=square_mm, page=page)

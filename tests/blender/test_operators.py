@@ -79,10 +79,18 @@ def test_closing_the_work_cancels_the_native_job(tmp_path: Path) -> None:
         next(work)
 
 
-def test_a_board_can_be_saved(tmp_path: Path) -> None:
-    path = tmp_path / "board.svg"
+@pytest.mark.parametrize(("kind", "begin"), [("svg", b"<svg"), ("pdf", b"%PDF"), ("png", b"\x89PNG")])
+def test_a_board_can_be_saved(tmp_path: Path, kind: str, begin: bytes) -> None:
+    path = tmp_path / f"board.{kind}"
     assert bpy.ops.facewright.save_board(filepath=str(path)) == {"FINISHED"}
-    assert "<svg" in path.read_text()
+    assert path.read_bytes().startswith(begin)
+
+
+def test_a_board_of_another_kind_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RuntimeError) as error:
+        bpy.ops.facewright.save_board(filepath=str(tmp_path / "board.txt"))
+    assert ".svg, .pdf or .png" in message(error)
+    assert not list(tmp_path.iterdir())
 
 
 def numbered_clip(path: Path, frames: int) -> None:

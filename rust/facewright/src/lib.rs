@@ -3,6 +3,7 @@
 //! # Entry points
 //! - [`FrameSet::open`], [`Assets::load`], [`reconstruct`]: the whole path; [`Reconstruction::write`] leaves its files.
 //! - [`calibrate`], [`board`], [`match_pair`], [`overlay`]: the other commands of the `facewright` program.
+//! - [`board`] makes a [`drawing`] in millimetres, which is written as SVG, PDF or PNG.
 //!
 //! # Order of work
 //! `frames` → `observe` (faces) → `clip` (landmark fit, choice of frames) → `tracks` → `solve` (motion, bundle) →
@@ -18,6 +19,7 @@ mod calibration;
 mod camera;
 mod clip;
 mod clock;
+pub mod drawing;
 mod error;
 mod frames;
 mod glb;

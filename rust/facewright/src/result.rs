@@ -103,9 +103,14 @@ pub(crate) fn write_together(folder: &Path, files: &[(impl AsRef<Path>, Vec<u8>)
 
 /// Writes a text file, whole or not at all.
 pub fn write_text(path: &Path, text: &str) -> Result<(), FacewrightError> {
+    write_bytes(path, text.as_bytes().to_vec())
+}
+
+/// Writes a file, whole or not at all.
+pub(crate) fn write_bytes(path: &Path, bytes: Vec<u8>) -> Result<(), FacewrightError> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let name = path.file_name().ok_or_else(|| unwritable(path, &"it is no file name"))?;
-    write_together(folder, &[(name, text.as_bytes().to_vec())])
+    write_together(folder, &[(name, bytes)])
 }
 
 /// Writes a value as indented JSON.

@@ -3,10 +3,11 @@
 mod job;
 mod reconstruction;
 
-use facewright::board::{Page, board_svg as svg};
+use facewright::board::{Page, SheetOptions, sheet};
 use facewright::{
     Assets, CalibrateOptions, FacewrightError as CoreError, FrameSet, Method, ReconstructOptions, SourcedCamera,
 };
+use geometry::Board;
 use job::{Job, Output};
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyValueError};
@@ -31,14 +32,26 @@ fn version() -> &'static str {
 }
 
 #[pyfunction]
-fn board_svg(inner: (u32, u32), square_mm: f64, page: &str) -> PyResult<String> {
-    let page = match page {
-        "A4" => Page::A4,
-        "A3" => Page::A3,
-        "Letter" => Page::Letter,
-        other => return Err(PyValueError::new_err(format!("page is {other}, not A4, A3 or Letter"))),
+#[pyo3(signature = (path, *, inner = (9, 6), squares = None, gap_mm = None, square_mm = 25.5, page = "A4", mark = true, dpi = 300.0))]
+#[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
+fn save_board(
+    path: PathBuf,
+    inner: (u32, u32),
+    squares: Option<(u32, u32)>,
+    gap_mm: Option<f64>,
+    square_mm: f64,
+    page: &str,
+    mark: bool,
+    dpi: f64,
+) -> PyResult<()> {
+    let square = square_mm / 1000.0;
+    let board = match squares {
+        Some((columns, rows)) => Board::squares(columns, rows, square, gap_mm.map_or(1.0, |gap| gap / square_mm)),
+        None => Board::checkerboard(inner.0, inner.1, square),
     };
-    svg(inner, square_mm, page).map_err(|e| FacewrightError::new_err(e.to_string()))
+    let options = SheetOptions { page: page.parse::<Page>().map_err(PyValueError::new_err)?, mark };
+    let drawing = sheet(&board, &options).map_err(|e| raise(&e.into()))?;
+    drawing.write(&path, dpi).map_err(|e| raise(&e))
 }
 
 #[pyfunction]
@@ -95,7 +108,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Job>()?;
     module.add_class::<Reconstruction>()?;
     module.add_function(wrap_pyfunction!(version, module)?)?;
-    module.add_function(wrap_pyfunction!(board_svg, module)?)?;
+    module.add_function(wrap_pyfunction!(save_board, module)?)?;
     module.add_function(wrap_pyfunction!(calibrate, module)?)?;
     module.add_function(wrap_pyfunction!(reconstruct, module)?)?;
     module.add_function(wrap_pyfunction!(check_folder, module)?)?;

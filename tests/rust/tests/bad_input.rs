@@ -128,6 +128,22 @@ fn a_board_of_another_size() {
 }
 
 #[test]
+fn a_board_of_another_kind() {
+    let case = Case::new();
+    let mut command = case.program();
+    command.args(["board", "-o"]).arg(case.output().join("board.docx"));
+    case.refuses(&command.output().unwrap(), &["board.docx", ".svg, .pdf or .png"]);
+}
+
+#[test]
+fn a_board_too_large_for_the_page() {
+    let case = Case::new();
+    let mut command = case.program();
+    command.args(["board", "--squares", "4x5", "--square-mm", "40", "-o"]).arg(case.output());
+    case.refuses(&command.output().unwrap(), &["does not fit on A4", "smaller"]);
+}
+
+#[test]
 fn pictures_without_a_board() {
     let case = Case::new();
     let mut command = case.program();

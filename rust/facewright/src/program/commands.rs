@@ -1,9 +1,10 @@
 //! One function per command: arguments in, library call, files out.
 
 use super::{Arguments, BoardArguments, Command};
+use facewright::board::{SheetOptions, sheet};
 use facewright::{
-    Assets, CalibrateOptions, FacewrightError, FrameSet, MatchOptions, ReconstructOptions, SourcedCamera, board,
-    calibrate, check_folder, match_pair, overlay, reconstruct, write_json, write_text,
+    Assets, CalibrateOptions, FacewrightError, FrameSet, MatchOptions, ReconstructOptions, SourcedCamera, calibrate,
+    check_folder, match_pair, overlay, reconstruct, write_json,
 };
 use geometry::Progress;
 use serde_json::{Value, json};
@@ -26,9 +27,10 @@ impl Summary {
 /// Runs a command.
 pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, FacewrightError> {
     match &arguments.command {
-        Command::Board { board: size, page, output } => {
-            write_text(output, &board::board_svg(size.inner, size.square_mm, (*page).into())?)?;
-            let text = format!("{}: print at 100 % and check the ruler", output.display());
+        Command::Board { board, page, no_mark, dpi, output } => {
+            let options = SheetOptions { page: (*page).into(), mark: !no_mark };
+            sheet(&board.board(), &options)?.write(output, *dpi)?;
+            let text = format!("{}: print at 100 % and check the rulers", output.display());
             Ok(Summary { text, json: json!({ "board": output }) })
         }
         Command::Calibrate { pictures, board, output } => run_calibrate(pictures, board, output, progress),
@@ -75,6 +77,9 @@ fn run_calibrate(
     output: &Path,
     progress: &Progress,
 ) -> Result<Summary, FacewrightError> {
+    if board.squares.is_some() {
+        return Err(FacewrightError::Option { name: "the board", expected: "a checkerboard" });
+    }
     let options = CalibrateOptions { inner: board.inner, square: board.square_mm / 1000.0 };
     let calibrated = calibrate(&FrameSet::open(pictures, progress)?, &options, progress)?;
     write_json(output, &calibrated)?;

@@ -7,6 +7,7 @@ mod watch;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use facewright::{Method, board::Page};
+use geometry::Board;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -29,14 +30,20 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Writes a checkerboard to print
+    /// Writes a board to print, exact at 100 % print scale
     Board {
         #[command(flatten)]
         board: BoardArguments,
         /// Paper
         #[arg(long, value_enum, default_value = "a4")]
         page: PageArgument,
-        /// SVG file to write
+        /// Leave out the white disc that tells which way up the board is
+        #[arg(long)]
+        no_mark: bool,
+        /// Resolution of a PNG, dots per inch
+        #[arg(long, default_value_t = 300.0)]
+        dpi: f64,
+        /// SVG, PDF or PNG file to write
         #[arg(short, long, default_value = "board.svg")]
         output: PathBuf,
     },
@@ -106,12 +113,30 @@ enum Command {
 
 #[derive(Args)]
 struct BoardArguments {
-    /// Inner corners, columns x rows
+    /// Inner corners of a checkerboard, columns x rows
     #[arg(long, default_value = "9x6", value_parser = inner)]
     inner: (u32, u32),
+    /// Black squares apart from each other instead, columns x rows
+    #[arg(long, value_parser = squares, conflicts_with = "inner")]
+    squares: Option<(u32, u32)>,
+    /// White between two such squares, millimetres (default: the side of a square)
+    #[arg(long, requires = "squares")]
+    gap_mm: Option<f64>,
     /// Side of a square, millimetres
     #[arg(long, default_value_t = 25.5)]
     square_mm: f64,
+}
+
+impl BoardArguments {
+    fn board(&self) -> Board {
+        let square = self.square_mm / 1000.0;
+        match self.squares {
+            Some((columns, rows)) => {
+                Board::squares(columns, rows, square, self.gap_mm.map_or(1.0, |gap| gap / self.square_mm))
+            }
+            None => Board::checkerboard(self.inner.0, self.inner.1, square),
+        }
+    }
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -147,8 +172,17 @@ impl From<PageArgument> for Page {
 }
 
 fn inner(text: &str) -> Result<(u32, u32), String> {
-    let parsed = text.split_once('x').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
-    parsed.filter(|&(a, b)| a >= 3 && b >= 3).ok_or_else(|| "two numbers of at least 3, like 9x6".to_owned())
+    counts(text, 3).ok_or_else(|| "two numbers of at least 3, like 9x6".to_owned())
+}
+
+fn squares(text: &str) -> Result<(u32, u32), String> {
+    counts(text, 2).ok_or_else(|| "two numbers of at least 2, like 3x4".to_owned())
+}
+
+fn counts(text: &str, least: u32) -> Option<(u32, u32)> {
+    let (columns, rows) = text.split_once('x')?;
+    let parsed = (columns.parse().ok()?, rows.parse().ok()?);
+    (parsed.0 >= least && parsed.1 >= least).then_some(parsed)
 }
 
 /// Runs the program.

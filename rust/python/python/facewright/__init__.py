@@ -8,11 +8,11 @@ from facewright._native import (
     FacewrightError,
     Job,
     Reconstruction,
-    board_svg,
     calibrate,
     check_folder,
     generic_head,
     reconstruct,
+    save_board,
     version,
 )
 
@@ -21,10 +21,10 @@ __all__ = [
     "FacewrightError",
     "Job",
     "Reconstruction",
-    "board_svg",
     "calibrate",
     "check_folder",
     "generic_head",
     "reconstruct",
+    "save_board",
     "version",
 ]

@@ -66,8 +66,22 @@ class Reconstruction:
 def version() -> str:
     """Version of the library."""
 
-def board_svg(inner: tuple[int, int], square_mm: float, page: Literal["A4", "A3", "Letter"]) -> str:
-    """A checkerboard to print, as SVG."""
+def save_board(
+    path: str,
+    *,
+    inner: tuple[int, int] = (9, 6),
+    squares: tuple[int, int] | None = None,
+    gap_mm: float | None = None,
+    square_mm: float = 25.5,
+    page: Literal["A4", "A3", "Letter"] = "A4",
+    mark: bool = True,
+    dpi: float = 300.0,
+) -> None:
+    """Write a board to print as the SVG, PDF or PNG that the path's extension says, exact at 100 % print scale.
+
+    It is a checkerboard of `inner` corners (columns, rows), or black `squares` with `gap_mm` (default: their side)
+    between them. `mark` puts a white disc into the first black square, which tells which way up the board is.
+    """
 
 def check_folder(folder: str) -> None:
     """Raise :class:`FacewrightError` when a result folder cannot be written; nothing is left behind."""
