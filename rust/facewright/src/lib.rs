@@ -3,7 +3,8 @@
 //! # Entry points
 //! - [`FrameSet::open`], [`Assets::load`], [`reconstruct`]: the whole path; [`Reconstruction::write`] leaves its files.
 //! - [`calibrate`], [`board`], [`match_pair`], [`overlay`]: the other commands of the `facewright` program.
-//! - [`board`] makes a [`drawing`] in millimetres, which is written as SVG, PDF or PNG.
+//! - [`calibration_picture`] draws a calibration; it and [`board`] make a [`drawing`] in millimetres, which is written as SVG,
+//!   PDF or PNG.
 //!
 //! # Order of work
 //! `frames` → `observe` (faces) → `clip` (landmark fit, choice of frames) → `tracks` → `solve` (motion, bundle) →
@@ -16,6 +17,7 @@
 mod assets;
 pub mod board;
 mod calibration;
+pub mod calibration_picture;
 mod camera;
 mod clip;
 mod clock;

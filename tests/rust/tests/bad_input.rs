@@ -128,11 +128,14 @@ fn a_board_of_another_size() {
 }
 
 #[test]
-fn a_board_of_another_kind() {
+fn a_board_or_picture_of_another_kind() {
     let case = Case::new();
     let mut command = case.program();
     command.args(["board", "-o"]).arg(case.output().join("board.docx"));
     case.refuses(&command.output().unwrap(), &["board.docx", ".svg, .pdf or .png"]);
+    let mut command = case.program();
+    command.arg("calibrate").arg(clip().join("board")).arg("-o").arg(case.output()).args(["--picture", "report.tiff"]);
+    case.refuses(&command.output().unwrap(), &["report.tiff", ".svg, .pdf or .png"]);
 }
 
 #[test]

@@ -2,11 +2,13 @@
 
 use super::{Arguments, BoardArguments, Command};
 use facewright::board::{SheetOptions, sheet};
+use facewright::calibration_picture::{PictureInput, PicturedCamera};
+use facewright::drawing::Format;
 use facewright::{
     Assets, CalibrateOptions, FacewrightError, FrameSet, MatchOptions, ReconstructOptions, SourcedCamera, calibrate,
-    check_folder, match_pair, overlay, reconstruct, write_json,
+    calibration_picture, check_folder, match_pair, overlay, reconstruct, write_json,
 };
-use geometry::Progress;
+use geometry::{Progress, Transform};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -33,7 +35,9 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
             let text = format!("{}: print at 100 % and check the rulers", output.display());
             Ok(Summary { text, json: json!({ "board": output }) })
         }
-        Command::Calibrate { pictures, board, output } => run_calibrate(pictures, board, output, progress),
+        Command::Calibrate { pictures, board, output, picture } => {
+            run_calibrate(pictures, board, output, picture.as_deref(), progress)
+        }
         Command::Match { a, b, camera, method, window, output } => {
             let options = MatchOptions { method: (*method).into(), window: *window, ..MatchOptions::default() };
             let camera = camera.as_deref().map(SourcedCamera::read).transpose()?;
@@ -75,13 +79,22 @@ fn run_calibrate(
     pictures: &[std::path::PathBuf],
     board: &BoardArguments,
     output: &Path,
+    picture: Option<&Path>,
     progress: &Progress,
 ) -> Result<Summary, FacewrightError> {
+    // Another kind of picture is refused before the work, not after it.
+    picture.map(Format::of).transpose()?;
     if board.squares.is_some() {
         return Err(FacewrightError::Option { name: "the board", expected: "a checkerboard" });
     }
     let options = CalibrateOptions { inner: board.inner, square: board.square_mm / 1000.0 };
     let calibrated = calibrate(&FrameSet::open(pictures, progress)?, &options, progress)?;
+    if let Some(path) = picture {
+        let only =
+            PicturedCamera { name: "", calibrated: &calibrated, camera_from_rig: Transform::identity(), corners: &[] };
+        let input = PictureInput { cameras: &[only], board: board.board() };
+        calibration_picture::picture(&input).write(path, calibration_picture::DPI)?;
+    }
     write_json(output, &calibrated)?;
     let camera = &calibrated.camera.camera;
     let warnings: String = calibrated.warnings.iter().map(|w| format!("\nwarning: {w}")).collect();

@@ -57,6 +57,9 @@ enum Command {
         /// Camera file to write
         #[arg(short, long, default_value = "camera.json")]
         output: PathBuf,
+        /// Picture of boards, corners and errors to write: SVG, PDF or PNG
+        #[arg(long, value_name = "FILE")]
+        picture: Option<PathBuf>,
     },
     /// Matches corners of the face between two frames
     Match {

@@ -1,0 +1,109 @@
+//! A calibration in one picture, on A4 across: where the boards were, where their corners, how well they fit, the numbers.
+//!
+//! # Entry points
+//! - [`picture`]: cameras and board in, a [`Drawing`] out; its `write` makes SVG, PDF or PNG.
+//!
+//! # Conventions
+//! Pictures are numbered from 1, everywhere alike. Greys throughout; the one colour is for what deserves a look: pictures
+//! without a board, and those that fit more than [`BAD`] times worse than the median. Lengths on the page are millimetres.
+
+mod bars;
+mod frame;
+mod labels;
+mod numbers;
+mod scene;
+mod space;
+mod style;
+
+use crate::CalibratedCamera;
+use crate::board::describe;
+use crate::calibration::BoardImage;
+use crate::drawing::{Anchor, Drawing, Text};
+use geometry::{Board, Transform, Vec2};
+use scene::Scene;
+use style::{Area, GREY, INK, SMALL};
+
+/// How many times worse than the median picture one must fit to be pointed out.
+pub const BAD: f64 = 2.0;
+/// Resolution of the picture as PNG, dots per inch.
+pub const DPI: f64 = 300.0;
+
+/// A corner as it was seen, and where the calibrated camera puts it, pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeenCorner {
+    /// Where it was found.
+    pub seen: Vec2,
+    /// Where the board's pose and the camera project it to.
+    pub projected: Vec2,
+}
+
+/// One of the cameras of a rig, or the only one.
+#[derive(Clone, Copy, Debug)]
+pub struct PicturedCamera<'a> {
+    /// What to call it.
+    pub name: &'a str,
+    /// Its calibration. The k-th pictures of all cameras show the board in one place.
+    pub calibrated: &'a CalibratedCamera,
+    /// Where it is; the identity for the only camera.
+    pub camera_from_rig: Transform,
+    /// The corners found in each picture; empty where the board was not found. Without any, corners are drawn where the camera
+    /// projects them to.
+    pub corners: &'a [Vec<SeenCorner>],
+}
+
+/// What is pictured.
+#[derive(Clone, Copy, Debug)]
+pub struct PictureInput<'a> {
+    /// The cameras, the only one or those of a rig: up to four are readable.
+    pub cameras: &'a [PicturedCamera<'a>],
+    /// The board.
+    pub board: Board,
+}
+
+/// The picture, 297 × 210 mm.
+pub fn picture(input: &PictureInput) -> Drawing {
+    let mut drawing = Drawing::new(Vec2::new(297.0, 210.0));
+    header(&mut drawing, input);
+    let scene = Scene::new(input);
+    space::oblique(&mut drawing, Area::new(12.0, 24.0, 176.0, 106.0), &scene);
+    let right = Area::new(196.0, 24.0, 89.0, 176.0);
+    let below = frame::frames(&mut drawing, right.without(0.0, 0.0, 0.0, 76.0), input);
+    bars::bars(&mut drawing, Area::new(12.0, 138.0, 112.0, 62.0), input);
+    space::above(&mut drawing, Area::new(132.0, 138.0, 56.0, 62.0), &scene);
+    numbers::numbers(&mut drawing, right.without(0.0, below + 8.0 - right.from.y, 0.0, 0.0), input);
+    drawing
+}
+
+fn header(drawing: &mut Drawing, input: &PictureInput) {
+    let heading = if input.cameras.len() > 1 { "Calibration of the cameras" } else { "Calibration of the camera" };
+    drawing.text(Text::new(heading, Vec2::new(12.0, 15.0), 5.0).coloured(INK));
+    let found = input.cameras.iter().flat_map(|c| &c.calibrated.images);
+    let (found, all) = found.fold((0, 0), |(found, all), image| (found + usize::from(image.found), all + 1));
+    let line = format!("{found} of {all} pictures, {}", describe(&input.board));
+    drawing.text(Text::new(line, Vec2::new(285.0, 15.0), SMALL).anchored(Anchor::End).coloured(GREY));
+}
+
+/// The largest that a picture's error may be without being pointed out, pixels: of all corners, and held out.
+struct Bounds {
+    rms: f64,
+    hold_out: f64,
+}
+
+impl Bounds {
+    fn of(camera: &CalibratedCamera) -> Self {
+        let bound = |error: fn(&BoardImage) -> Option<f64>| {
+            let mut errors: Vec<f64> = camera.images.iter().filter_map(error).filter(|e| e.is_finite()).collect();
+            errors.sort_by(f64::total_cmp);
+            errors.get(errors.len() / 2).map_or(f64::INFINITY, |median| BAD * median)
+        };
+        Self { rms: bound(|i| i.rms_px), hold_out: bound(|i| i.hold_out_rms_px) }
+    }
+
+    fn is_bad(&self, image: &BoardImage) -> bool {
+        let beyond = |error: Option<f64>, bound: f64| error.is_some_and(|e| e > bound);
+        beyond(image.rms_px, self.rms) || beyond(image.hold_out_rms_px, self.hold_out)
+    }
+}
+
+#[cfg(test)]
+mod tests;
