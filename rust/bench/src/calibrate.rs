@@ -7,7 +7,7 @@ use crate::results::{Pixel, Run, to_pixels, to_points};
 use crate::scenes::{board, clip::Clip};
 use geometry::{Board, Camera, Transform, Vec2};
 use image::GrayImage;
-use motion::calibrate::{CalibrateOptions, calibrate};
+use motion::calibrate::{BoardView, CalibrateOptions, calibrate};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -81,7 +81,7 @@ fn clip_case(folder: &Path) -> anyhow::Result<(Case, CaseTruth)> {
 }
 
 fn computed_case(folder: &Path) -> anyhow::Result<(Case, CaseTruth)> {
-    let camera = Camera { width: 1280, height: 720, fx: 1100.0, fy: 1102.0, cx: 642.8, cy: 357.4, k1: -0.12, k2: 0.06 };
+    let camera = Camera { fy: 1102.0, cx: 642.8, cy: 357.4, k1: -0.12, k2: 0.06, ..Camera::centred(1280, 720, 1100.0) };
     let poses: Vec<Transform> = (0..VIEWS).map(|i| board::pose(i, 0.4)).collect();
     let pictures: Vec<GrayImage> =
         poses.iter().enumerate().map(|(i, pose)| board::picture(&camera, pose, i as u64)).collect();
@@ -115,13 +115,16 @@ fn measure(case: &Case, folder: &Path) -> anyhow::Result<Run<Answer>> {
     let asked = [Board::checkerboard(case.inner.0, case.inner.1, case.square)];
     let find = || pictures.iter().map(|p| detect(p, &asked, &BoardOptions::default()).ok()).collect::<Vec<_>>();
     let found = find();
-    let positions = |board: &BoardCorners| board.corners.iter().map(|c| c.position).collect::<Vec<Vec2>>();
-    let views: Vec<Vec<Vec2>> = found.iter().flatten().map(positions).collect();
-    let plane = board::corners(case.inner, case.square);
-    let solve = || calibrate(&views, &plane, case.width, case.height, &CalibrateOptions::default());
+    let points = asked[0].points();
+    let view = |board: &BoardCorners| BoardView {
+        points: board.corners.iter().map(|c| points[c.index]).collect(),
+        pixels: board.corners.iter().map(|c| c.position).collect(),
+    };
+    let views: Vec<BoardView> = found.iter().flatten().map(view).collect();
+    let solve = || calibrate(&views, case.width, case.height, &CalibrateOptions::default());
     let find_ms = median_ms(find) / pictures.len() as f64;
     let times_ms = BTreeMap::from([("find".to_owned(), find_ms), ("solve".to_owned(), median_ms(solve))]);
-    let boards = found.iter().map(|board| Some(to_pixels(&positions(board.as_ref()?)))).collect();
+    let boards = found.iter().map(|board| Some(to_pixels(&view(board.as_ref()?).pixels))).collect();
     let answer = Answer { boards, camera: solve().ok().map(|solved| solved.camera) };
     Ok(Run { case: case.name.clone(), task: "board".to_owned(), setting: String::new(), times_ms, answer })
 }

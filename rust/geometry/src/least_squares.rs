@@ -18,12 +18,16 @@ pub enum Loss {
 
 impl Loss {
     /// The loss of a squared residual, and its derivative: the weight of iteratively re-weighted least squares.
+    #[inline]
     pub fn evaluate(self, squared: f64) -> (f64, f64) {
         match self {
             Self::Squared => (squared, 1.0),
             Self::Huber(limit) => {
+                if squared <= limit * limit {
+                    return (squared, 1.0);
+                }
                 let r = squared.sqrt();
-                if r <= limit { (squared, 1.0) } else { (2.0 * limit * r - limit * limit, limit / r) }
+                (2.0 * limit * r - limit * limit, limit / r)
             }
             Self::Cauchy(limit) => {
                 let s = squared / (limit * limit);

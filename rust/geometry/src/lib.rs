@@ -1,7 +1,7 @@
 //! Nouns and pure mathematics shared by every layer: no pixels, no files.
 //!
 //! # Entry points
-//! - [`Camera`]: pinhole with two radial terms; project, undistort.
+//! - [`Camera`]: pinhole with radial and tangential terms; project, undistort.
 //! - [`Transform`]: rigid motion, always named `b_from_a`.
 //! - [`Similarity`]: rigid motion with scale, and its least-squares fit.
 //! - [`face_mesh`]: the numbering of the 468 landmarks.
@@ -25,12 +25,14 @@ mod progress;
 pub mod rbf;
 mod similarity;
 mod transform;
+mod undistort;
 
 pub use board::{Board, Pattern};
 pub use camera::{Camera, CameraError, CameraJacobian};
 pub use progress::{Cancelled, Progress};
 pub use similarity::Similarity;
 pub use transform::{Transform, skew};
+pub use undistort::{Pinhole, PixelMap};
 
 /// A point or direction in space, metres unless a name says otherwise.
 pub type Vec3 = nalgebra::Vector3<f64>;

@@ -224,7 +224,7 @@ impl<'a> Layout<'a> {
         Row { residual: residual * root, loss, by_pose, by_point, by_intrinsics }
     }
 
-    fn by_intrinsics(&self, by_all: &SMatrix<f64, 2, 6>, state: &State) -> Matrix2x3<f64> {
+    fn by_intrinsics(&self, by_all: &SMatrix<f64, 2, 9>, state: &State) -> Matrix2x3<f64> {
         let mut by = Matrix2x3::zeros();
         if self.options.refine_focal {
             by.set_column(0, &(by_all.column(0) * state.camera.fx + by_all.column(1) * state.camera.fy));

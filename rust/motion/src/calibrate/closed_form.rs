@@ -3,12 +3,40 @@
 //! Columns of `A⁻¹ H` are a rotation's: each picture gives two linear equations for the image of the absolute conic
 //! `B = A⁻ᵀ A⁻¹`. Distortion follows by linear least squares from the residuals of the undistorted camera.
 
+use super::{BoardView, Model};
 use geometry::{Camera, Mat3, Transform, Vec2, Vec3};
-use nalgebra::{DMatrix, Matrix2, SVector, Vector2};
+use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+
+/// Camera and boards to refine from: the closed form, and a camera of usual focal length where it has no answer.
+pub(super) fn start(
+    views: &[BoardView],
+    homographies: &[Mat3],
+    (width, height): (u32, u32),
+    model: &Model,
+) -> (Camera, Vec<Transform>) {
+    let usual = || Camera::centred(width, height, 1.2 * f64::from(width.max(height)));
+    let mut camera = camera(homographies, width, height).unwrap_or_else(usual);
+    if model.square_pixels {
+        camera.fx = (camera.fx * camera.fy).sqrt();
+        camera.fy = camera.fx;
+    }
+    let poses: Vec<Transform> = homographies.iter().map(|h| pose(&camera, h)).collect();
+    let seen = |camera: &Camera| {
+        let in_camera = |(view, pose): (&BoardView, &Transform)| {
+            view.points.iter().all(|p| camera.project(&pose.apply(&p.push(0.0))).is_some())
+        };
+        views.iter().zip(&poses).all(in_camera)
+    };
+    let pairs = views.iter().zip(&poses).flat_map(|(view, pose)| {
+        view.points.iter().zip(&view.pixels).map(|(point, pixel)| (pose.apply(&point.push(0.0)), *pixel))
+    });
+    let distorted = distortion(&camera, model.distortion_terms, pairs).filter(seen);
+    (distorted.unwrap_or(camera), poses)
+}
 
 /// The camera without distortion and without skew whose conic fits all homographies best; where that is no camera, the
 /// one with its principal point in the middle; `None` where neither is one.
-pub(super) fn camera(homographies: &[Mat3], width: u32, height: u32) -> Option<Camera> {
+fn camera(homographies: &[Mat3], width: u32, height: u32) -> Option<Camera> {
     let middle = Camera::centred(width, height, f64::from(width.max(height)));
     // Pixels are brought near 1 so that the linear system is well conditioned.
     let unit = Mat3::new(
@@ -42,7 +70,7 @@ fn conic_rows(h: &Mat3) -> [SVector<f64, 5>; 2] {
 
 /// `[fx, fy, cx, cy]`; refused where the conic is no camera's or its centre is outside the picture.
 fn free_centre(homographies: &[Mat3]) -> Option<[f64; 4]> {
-    let mut normal = DMatrix::<f64>::zeros(5, 5);
+    let mut normal = SMatrix::<f64, 5, 5>::zeros();
     for row in homographies.iter().flat_map(conic_rows) {
         normal += row * row.transpose();
     }
@@ -70,7 +98,7 @@ fn fixed_centre(homographies: &[Mat3]) -> Option<[f64; 4]> {
 }
 
 /// The board's pose of a homography from board metres to pixels of an undistorted camera.
-pub(super) fn pose(camera: &Camera, homography: &Mat3) -> Transform {
+fn pose(camera: &Camera, homography: &Mat3) -> Transform {
     let column = |k: usize| {
         let h = homography.column(k);
         Vec3::new((h[0] - camera.cx * h[2]) / camera.fx, (h[1] - camera.cy * h[2]) / camera.fy, h[2])
@@ -82,8 +110,9 @@ pub(super) fn pose(camera: &Camera, homography: &Mat3) -> Transform {
     Transform::from_matrix(&Mat3::from_columns(&[a, b, a.cross(&b)]), t * scale)
 }
 
-/// `k1, k2` by linear least squares from where an undistorted camera puts the points (Zhang 1999, equation 13).
-pub(super) fn distortion(camera: &Camera, observations: impl Iterator<Item = (Vec3, Vec2)>) -> Option<[f64; 2]> {
+/// The camera with `k1`, and with two and more terms `k2`, by linear least squares from where it puts the points without
+/// distortion (Zhang 1999, equation 13).
+fn distortion(camera: &Camera, terms: usize, observations: impl Iterator<Item = (Vec3, Vec2)>) -> Option<Camera> {
     let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
     for (point, pixel) in observations.filter(|(p, _)| p.z > 0.0) {
         let normalised = point.xy() / point.z;
@@ -95,6 +124,9 @@ pub(super) fn distortion(camera: &Camera, observations: impl Iterator<Item = (Ve
             right += row * residual;
         }
     }
-    let k = normal.cholesky()?.solve(&right);
-    Some([k.x, k.y])
+    match terms {
+        0 => None,
+        1 => Some(Camera { k1: right.x / normal.m11, ..*camera }),
+        _ => normal.cholesky().map(|factor| factor.solve(&right)).map(|k| Camera { k1: k.x, k2: k.y, ..*camera }),
+    }
 }

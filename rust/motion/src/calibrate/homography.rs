@@ -1,33 +1,39 @@
 //! Homographies from a plane to a picture by the normalised direct linear transform (Hartley 1997).
 
 use geometry::{Mat3, Vec2};
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{SMatrix, SVector, Vector3};
 
+/// Of the normal equations, brought to unit diagonal: a pivot below this belongs to points that do not determine it.
+const MIN_PIVOT: f64 = 1e-10;
 /// Of a homography of norm 1 between normalised points; pictures of a plane nearly from the side stay above it.
 const MIN_DETERMINANT: f64 = 1e-6;
 
-/// The homography `pixel ~ H (x, y, 1)` of at least four points, or `None` if they do not determine one.
+/// The homography `pixel ~ H (x, y, 1)` of at least four points, of norm 1, or `None` if they do not determine one.
+///
+/// The middle of the points is seen, so that `H₃₃` of the normalised transform is not zero and may be set to 1.
 pub(super) fn fit(plane: &[Vec2], pixels: &[Vec2]) -> Option<Mat3> {
     let (from, to) = (normalisation(plane)?, normalisation(pixels)?);
-    let mut normal = DMatrix::<f64>::zeros(9, 9);
+    let (mut normal, mut right) = (SMatrix::<f64, 8, 8>::zeros(), SVector::<f64, 8>::zeros());
     for (p, q) in plane.iter().zip(pixels) {
         let (p, q) = (from * p.push(1.0), to * q.push(1.0));
-        for row in [
-            [p.x, p.y, 1.0, 0.0, 0.0, 0.0, -q.x * p.x, -q.x * p.y, -q.x],
-            [0.0, 0.0, 0.0, p.x, p.y, 1.0, -q.y * p.x, -q.y * p.y, -q.y],
+        for (row, value) in [
+            ([p.x, p.y, 1.0, 0.0, 0.0, 0.0, -q.x * p.x, -q.x * p.y], q.x),
+            ([0.0, 0.0, 0.0, p.x, p.y, 1.0, -q.y * p.x, -q.y * p.y], q.y),
         ] {
-            let row = nalgebra::SVector::<f64, 9>::from(row);
-            normal += row * row.transpose();
+            let row = SVector::<f64, 8>::from(row);
+            normal.ger(1.0, &row, &row, 1.0);
+            right += row * value;
         }
     }
-    let eigen = normal.symmetric_eigen();
-    let mut order: Vec<usize> = (0..9).collect();
-    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
-    if eigen.eigenvalues[order[1]] < 1e-10 * eigen.eigenvalues[order[8]] {
+    let scale = normal.diagonal().map(|d| 1.0 / d.sqrt());
+    let scaled = SMatrix::<f64, 8, 8>::from_fn(|i, j| normal[(i, j)] * scale[i] * scale[j]);
+    let factor = scaled.cholesky()?;
+    if factor.l_dirty().diagonal().min().powi(2) < MIN_PIVOT {
         return None;
     }
-    let h = eigen.eigenvectors.column(order[0]);
-    let normalised = Mat3::from_row_iterator(h.iter().copied());
+    let h = factor.solve(&right.component_mul(&scale)).component_mul(&scale);
+    let normalised = Mat3::new(h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1.0);
+    let normalised = normalised / normalised.norm();
     if normalised.determinant().abs() < MIN_DETERMINANT {
         return None;
     }
@@ -69,5 +75,12 @@ mod tests {
     fn points_on_a_line_give_none() {
         let line: Vec<Vec2> = (0..6).map(|k| Vec2::new(f64::from(k), 2.0 * f64::from(k))).collect();
         assert!(fit(&line, &line).is_none());
+    }
+
+    #[test]
+    fn a_point_beside_a_line_is_not_enough() {
+        let mut points: Vec<Vec2> = (0..6).map(|k| Vec2::new(f64::from(k), 2.0 * f64::from(k))).collect();
+        points.push(Vec2::new(3.0, 1.0));
+        assert!(fit(&points, &points).is_none());
     }
 }

@@ -1,58 +1,114 @@
-//! The camera from pictures of a flat board (Zhang 1999; paper, section 2.2).
+//! Cameras from pictures of a flat board (Zhang 1999; paper, section 2.2).
 //!
 //! # Entry points
 //! - [`calibrate`]: corners of a board in three or more pictures in, camera, poses and their uncertainty out.
+//! - [`rig::calibrate_rig`]: the same for several cameras at once, with where they stand.
 //!
 //! # Conventions
 //! Board points are metres in the plane z = 0 of the board's frame; poses are `cam_from_board`. Pixel centres are at
-//! integers. The lens is that of [`Camera`].
+//! integers. The lens is that of [`Camera`]. A picture brings its own board points, so that a board may be seen in part, and
+//! boards may differ from picture to picture.
 //!
 //! # How
 //! Homographies, closed form, `k1, k2` by linear least squares, then everything together by robust non-linear least
-//! squares. What the pictures do not determine is an error or a warning, never a guess.
+//! squares. What the pictures do not determine is an error or a warning, never a guess. Deviations are those that the
+//! corners' noise explains, or those that leaving out single pictures shows, whichever are larger.
 
 mod closed_form;
+mod error;
+mod gram;
 mod homography;
-mod refine;
+pub mod rig;
+mod solve;
+mod uncertainty;
+mod warnings;
 
+pub use error::CalibrateError;
+pub use warnings::{CalibrateWarning, PicturePart, Side};
+
+use error::checked_homographies;
 use geometry::least_squares::Loss;
-use geometry::{Camera, Mat3, Transform, Vec2, Vec3};
-use refine::{Freedom, Problem, Solution, State};
+use geometry::{Board, Camera, Transform, Vec2};
+use gram::Shape;
 use serde::{Deserialize, Serialize};
+use solve::{Problem, Sight, State};
+use uncertainty::Uncertainty;
+use warnings::Evidence;
 
 /// Standard deviation of the focal length, parts of it, from which the pictures do not determine it.
 const MAX_FOCAL_DEVIATION: f64 = 0.05;
-/// The same, from which a warning is given.
-const FOCAL_DEVIATION_WARNING: f64 = 0.005;
-/// Fewer pictures give a warning.
-const FEW_VIEWS: usize = 6;
-/// A board should be seen from directions this far apart, degrees.
-const SMALL_TILT_DEG: f64 = 20.0;
-/// Corners should reach out to this part of the way from the picture's middle to its corner.
-const SMALL_REACH: f64 = 0.6;
-/// A picture with this many times the median error is suspicious.
-const BAD_VIEW: f64 = 3.0;
 /// Corners this far off, parts of the picture's diagonal, are not explained by any camera.
 const MAX_SIGMA: f64 = 0.01;
-/// A standard deviation is not estimated below this, pixels: perfect data would divide by zero.
-const MIN_SIGMA: f64 = 1e-6;
-/// The median of the distance from the origin of a normal distribution in the plane, in standard deviations.
-const RAYLEIGH_MEDIAN: f64 = 1.177_41;
+
+/// What one picture shows of a board.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BoardView {
+    /// Corners in the board's plane, metres.
+    pub points: Vec<Vec2>,
+    /// Where each of them is seen, pixels.
+    pub pixels: Vec<Vec2>,
+}
+
+impl BoardView {
+    /// A view of all corners of a board, in the board's order.
+    pub fn whole(board: &Board, pixels: Vec<Vec2>) -> Self {
+        Self { points: board.points(), pixels }
+    }
+}
 
 /// How to calibrate.
 #[derive(Clone, Copy, Debug)]
 pub struct CalibrateOptions {
     /// Whether `fx` equals `fy`, as in almost every digital camera.
     pub square_pixels: bool,
-    /// 0: no distortion, 1: `k1`, 2: `k1, k2`.
+    /// 0: no distortion, 1: `k1`, 2: `k1, k2`, 3: `k1, k2, k3`.
     pub distortion_terms: usize,
-    /// On distances in standard deviations of a corner, which are estimated.
+    /// Whether to solve for the tangential terms `p1, p2`.
+    pub tangential: bool,
+    /// Whether to solve for a bend of the board, which must then be the same board in all pictures.
+    pub bend: bool,
+    /// On distances in standard deviations of a corner, which are estimated. The paper's chain is [`Loss::Squared`].
     pub loss: Loss,
 }
 
 impl Default for CalibrateOptions {
     fn default() -> Self {
-        Self { square_pixels: false, distortion_terms: 2, loss: Loss::Huber(2.5) }
+        Self { square_pixels: false, distortion_terms: 2, tangential: false, bend: false, loss: Loss::Huber(2.5) }
+    }
+}
+
+impl CalibrateOptions {
+    fn model(&self) -> Model {
+        let Self { square_pixels, distortion_terms, tangential, bend, .. } = *self;
+        Model { square_pixels, distortion_terms, tangential, bend }
+    }
+}
+
+/// Which numbers are free.
+#[derive(Clone, Copy, Debug)]
+struct Model {
+    square_pixels: bool,
+    distortion_terms: usize,
+    tangential: bool,
+    bend: bool,
+}
+
+impl Model {
+    /// Columns of the normal equations for lens and bend.
+    fn columns(&self) -> usize {
+        match self {
+            Self { bend: true, .. } => 12,
+            Self { tangential: true, .. } | Self { distortion_terms: 3, .. } => 9,
+            _ => 6,
+        }
+    }
+
+    /// Free columns of the lens, in the order of [`Camera::intrinsics`].
+    fn free(&self) -> Vec<usize> {
+        let focal = if self.square_pixels { 0..1 } else { 0..2 };
+        let radial = 4..4 + self.distortion_terms;
+        let tangential = if self.tangential { 7..9 } else { 7..7 };
+        focal.chain(2..4).chain(radial).chain(tangential).collect()
     }
 }
 
@@ -71,6 +127,36 @@ pub struct CameraDeviations {
     pub k1: f64,
     /// Of the second radial coefficient.
     pub k2: f64,
+    /// Of the third radial coefficient.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub k3: f64,
+    /// Of the first tangential coefficient.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub p1: f64,
+    /// Of the second tangential coefficient.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub p2: f64,
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+impl CameraDeviations {
+    /// From the deviations of the free unknowns, the first of which is `first`.
+    fn of(model: &Model, uncertainty: &Uncertainty, first: usize) -> Self {
+        let mut all = [0.0; 9];
+        for (k, column) in model.free().into_iter().enumerate() {
+            all[column] = uncertainty.deviation(first + k);
+        }
+        let [fx, fy, cx, cy, k1, k2, k3, p1, p2] = all;
+        Self { fx, fy: if model.square_pixels { fx } else { fy }, cx, cy, k1, k2, k3, p1, p2 }
+    }
+
+    /// Of the less certain focal length, parts of it.
+    fn focal(&self, camera: &Camera) -> f64 {
+        (self.fx / camera.fx).max(self.fy / camera.fy)
+    }
 }
 
 /// What the calibration says about one picture.
@@ -86,276 +172,130 @@ pub struct ViewFit {
     pub hold_out_rms_px: Option<f64>,
 }
 
+/// How far a board is from flat: its corners' heights are `a x² + b x y + c y²` about its middle, along its z axis.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BoardBend {
+    /// `a, b, c`, per metre.
+    pub coefficients: [f64; 3],
+    /// Highest less lowest corner, measured from their plane, millimetres.
+    pub bulge_mm: f64,
+    /// Standard deviation of the bulge.
+    pub deviation_mm: f64,
+    /// Part of a flat board's squared error that the bend explains.
+    pub explained: f64,
+}
+
 /// A camera and how well it is known.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
     /// The camera.
     pub camera: Camera,
-    /// Standard deviations of its numbers.
+    /// Standard deviations of its numbers: those that the corners' noise explains, or by leaving out single pictures (from
+    /// six pictures on), whichever is larger.
     pub deviations: CameraDeviations,
+    /// By how many times leaving out single pictures moves the camera further than the corners' noise explains; `None` for
+    /// fewer than six pictures.
+    pub scatter: Option<f64>,
     /// Root mean square distance of all corners from where the camera puts them, pixels.
     pub rms_px: f64,
     /// The same with each picture left out of the calibration it is held against; `None` where that has no answer.
     pub hold_out_rms_px: Option<f64>,
     /// Standard deviation of a corner along one axis, pixels, estimated robustly.
     pub sigma_px: f64,
+    /// How far the board is from flat, whether the camera allows for it or not; `None` where the pictures do not tell.
+    pub bend: Option<BoardBend>,
     /// Each picture, in the order given.
     pub views: Vec<ViewFit>,
     /// What the user should know.
     pub warnings: Vec<CalibrateWarning>,
 }
 
-/// A reason to trust a calibration less.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error, Serialize, Deserialize)]
-pub enum CalibrateWarning {
-    /// Few pictures.
-    #[error("only {views} pictures of the board: ten to twenty, tilted to all sides, give a better camera")]
-    FewViews {
-        /// Their number.
-        views: usize,
-    },
-    /// All boards face nearly the same way.
-    #[error(
-        "the board was tilted by no more than {tilt_deg:.0}° between pictures: tilt it by 30° and more to all sides"
-    )]
-    SmallTilt {
-        /// Largest angle between two boards.
-        tilt_deg: f64,
-    },
-    /// The focal length is not well determined.
-    #[error("the focal length is uncertain by {percent:.1} %: add pictures with the board tilted to other sides")]
-    UncertainFocal {
-        /// Standard deviation, percent.
-        percent: f64,
-    },
-    /// The board never came near the picture's border.
-    #[error(
-        "the board reached only {percent:.0} % of the way to the picture's corners: the distortion beyond is extrapolated"
-    )]
-    SmallReach {
-        /// Part of the way, percent.
-        percent: f64,
-    },
-    /// One picture fits much worse than the others.
-    #[error("picture {} fits badly ({rms_px:.2} px): leave it out if the board was bent or the picture is blurred", .view + 1)]
-    BadView {
-        /// Its index.
-        view: usize,
-        /// Its error, pixels.
-        rms_px: f64,
-    },
-    /// The lens model folds the picture over inside the frame.
-    #[error(
-        "the distortion found is not valid up to the picture's corners: show the board there, or use one distortion term"
-    )]
-    FoldedDistortion,
-}
-
-/// Why there is no camera.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum CalibrateError {
-    /// Fewer than three pictures.
-    #[error("calibration needs at least three pictures of the board, tilted differently; {views} were usable")]
-    TooFewViews {
-        /// Their number.
-        views: usize,
-    },
-    /// Options or picture size that make no sense.
-    #[error("calibration can't work with {what}")]
-    InvalidInput {
-        /// What is wrong.
-        what: &'static str,
-    },
-    /// A picture without a corner for each board point.
-    #[error("picture {} has {found} corners, the board has {expected}", .view + 1)]
-    CornerCount {
-        /// Its index.
-        view: usize,
-        /// Corners found.
-        found: usize,
-        /// Points of the board.
-        expected: usize,
-    },
-    /// A picture whose corners are no picture of a plane.
-    #[error("the corners of picture {} lie on a line or are not finite: leave it out", .view + 1)]
-    FlatView {
-        /// Its index.
-        view: usize,
-    },
-    /// The pictures are alike.
-    #[error("the pictures do not determine the focal length: tilt the board by 30° and more to different sides")]
-    Degenerate,
-    /// Corners and board do not belong together.
-    #[error(
-        "no camera explains the corners ({rms_px:.1} px left): check the number of corners and that the board is flat"
-    )]
-    NoCamera {
-        /// Root mean square distance, pixels.
-        rms_px: f64,
-    },
-}
-
-/// The camera that took `views`: for each picture the pixels of all `board_points`, in their order.
-///
-/// `board_points` are metres in the board's plane; `width` and `height` the pictures' size.
+/// The camera that took `views`, pictures of `width × height` pixels.
 pub fn calibrate(
-    views: &[Vec<Vec2>],
-    board_points: &[Vec2],
+    views: &[BoardView],
     width: u32,
     height: u32,
     options: &CalibrateOptions,
 ) -> Result<Calibration, CalibrateError> {
-    let homographies = checked_homographies(views, board_points, width, height, options)?;
-    let board: Vec<Vec3> = board_points.iter().map(|p| p.push(0.0)).collect();
-    let freedom = Freedom::new(options.square_pixels, options.distortion_terms);
-    let mut problem = Problem { views, board: &board, freedom, loss: Loss::Huber(1.0), sigma: 1.0 };
-    let start = start(&problem, &homographies, width, height, options);
-    let mut solution = problem.minimise(start).ok_or(CalibrateError::Degenerate)?;
-    // The loss needs the corners' standard deviation, which needs a fit.
-    problem.loss = options.loss;
-    for _ in 0..2 {
-        problem.sigma = robust_sigma(&problem, &solution.state);
-        solution = problem.minimise(solution.state).ok_or(CalibrateError::Degenerate)?;
-    }
-    let size = f64::from(width).hypot(f64::from(height));
-    if problem.sigma > MAX_SIGMA * size {
-        return Err(CalibrateError::NoCamera { rms_px: problem.sigma * std::f64::consts::SQRT_2 });
+    let homographies = checked_homographies(views, width, height, options)?;
+    let model = options.model();
+    let (camera, boards) = closed_form::start(views, &homographies, (width, height), &model);
+    let shape = Shape { middle: solve::middle(views.iter()), bend: [0.0; 3] };
+    let start = State { cameras: vec![camera], mounts: vec![Transform::identity()], boards, shape };
+    let sights = views.iter().enumerate().map(|(moment, view)| Sight { camera: 0, moment, view }).collect();
+    let mut problem = Problem { sights, model, loss: options.loss, sigmas: vec![1.0] };
+    let solution = problem.solve(start).ok_or(CalibrateError::Degenerate)?;
+    if problem.sigmas[0] > MAX_SIGMA * f64::from(width).hypot(f64::from(height)) {
+        return Err(CalibrateError::NoCamera { rms_px: problem.sigmas[0] * std::f64::consts::SQRT_2 });
     }
     // Only a valley without a bottom keeps the refinement from ending.
     if !solution.converged {
         return Err(CalibrateError::Degenerate);
     }
-    report(&problem, &solution)
+    report(&problem, &solution.state)
 }
 
-fn checked_homographies(
-    views: &[Vec<Vec2>],
-    board: &[Vec2],
-    width: u32,
-    height: u32,
-    options: &CalibrateOptions,
-) -> Result<Vec<Mat3>, CalibrateError> {
-    let invalid = |what| Err(CalibrateError::InvalidInput { what });
-    if width == 0 || height == 0 {
-        return invalid("pictures without pixels");
-    }
-    if options.distortion_terms > 2 {
-        return invalid("more than two distortion terms");
-    }
-    if board.len() < 6 || !board.iter().all(|p| p.iter().all(|v| v.is_finite())) {
-        return invalid("a board of fewer than six points");
-    }
-    if views.len() < 3 {
-        return Err(CalibrateError::TooFewViews { views: views.len() });
-    }
-    let homography = |(view, corners): (usize, &Vec<Vec2>)| {
-        if corners.len() != board.len() {
-            return Err(CalibrateError::CornerCount { view, found: corners.len(), expected: board.len() });
-        }
-        let finite = corners.iter().all(|p| p.iter().all(|v| v.is_finite()));
-        let found = if finite { homography::fit(board, corners) } else { None };
-        found.ok_or(CalibrateError::FlatView { view })
-    };
-    views.iter().enumerate().map(homography).collect()
-}
-
-/// The closed form, and a camera of usual focal length where it has no answer; the refinement decides.
-fn start(problem: &Problem, homographies: &[Mat3], width: u32, height: u32, options: &CalibrateOptions) -> State {
-    let usual = || Camera::centred(width, height, 1.2 * f64::from(width.max(height)));
-    let mut camera = closed_form::camera(homographies, width, height).unwrap_or_else(usual);
-    if options.square_pixels {
-        camera.fx = (camera.fx * camera.fy).sqrt();
-        camera.fy = camera.fx;
-    }
-    let poses: Vec<Transform> = homographies.iter().map(|h| closed_form::pose(&camera, h)).collect();
-    if options.distortion_terms == 2 {
-        let seen = problem.views.iter().zip(&poses).flat_map(|(view, pose)| {
-            problem.board.iter().zip(view).map(move |(point, pixel)| (pose.apply(point), *pixel))
-        });
-        let [k1, k2] = closed_form::distortion(&camera, seen).unwrap_or([0.0, 0.0]);
-        let distorted = Camera { k1, k2, ..camera };
-        let valid = problem.views.iter().zip(&poses).all(|(v, p)| problem.rms(v, &distorted, p).is_some());
-        camera = if valid { distorted } else { camera };
-    }
-    State { camera, poses }
-}
-
-/// Standard deviation of a corner along one axis by the median distance.
-fn robust_sigma(problem: &Problem, state: &State) -> f64 {
-    let each = problem.views.iter().zip(&state.poses);
-    let mut all: Vec<f64> =
-        each.flat_map(|(v, p)| refine::distances(v, problem.board, &state.camera, p)).flatten().collect();
-    all.sort_by(f64::total_cmp);
-    let median = all.get(all.len() / 2).copied().unwrap_or(0.0);
-    // Fitted residuals are smaller than the errors by the unknowns' share of the data.
-    let unknowns = (problem.freedom.count() + 6 * problem.views.len()) as f64;
-    let data = 2.0 * all.len() as f64;
-    (median / RAYLEIGH_MEDIAN * (data / (data - unknowns).max(1.0)).sqrt()).max(MIN_SIGMA)
-}
-
-fn report(problem: &Problem, solution: &Solution) -> Result<Calibration, CalibrateError> {
-    let State { camera, poses } = &solution.state;
-    let covariance = solution.covariance.ok_or(CalibrateError::Degenerate)?;
-    let deviation = |k: usize| covariance[(k, k)].max(0.0).sqrt();
-    let [fx, fy, cx, cy, k1, k2] = std::array::from_fn(deviation);
-    let focal_deviation = (fx / camera.fx).max(fy / camera.fy);
+fn report(problem: &Problem, state: &State) -> Result<Calibration, CalibrateError> {
+    let camera = state.cameras[0];
+    let flexible = problem.with_bend();
+    let grams = flexible.grams(state).ok_or(CalibrateError::Degenerate)?;
+    let uncertainty = Uncertainty::of(problem, state, &grams).ok_or(CalibrateError::Degenerate)?;
+    let deviations = CameraDeviations::of(&problem.model, &uncertainty, 0);
+    let focal_deviation = deviations.focal(&camera);
     if camera.validate().is_err() || focal_deviation.is_nan() || focal_deviation > MAX_FOCAL_DEVIATION {
         return Err(CalibrateError::Degenerate);
     }
-    let fit = |(k, pose): (usize, &Transform)| {
-        let view = &problem.views[k];
-        let distances = refine::distances(view, problem.board, camera, pose);
-        let rms_px = problem.rms(view, camera, pose)?;
-        let worst_px = distances.flatten().fold(0.0, f64::max);
-        let hold_out_rms_px = solution.without[k].and_then(|other| problem.resect(view, &other, pose));
-        Some(ViewFit { cam_from_board: *pose, rms_px, worst_px, hold_out_rms_px })
+    let fits = problem.sights.iter().map(|sight| view_fit(problem, sight, state, &uncertainty));
+    let views: Vec<ViewFit> = fits.collect::<Option<_>>().ok_or(CalibrateError::Degenerate)?;
+    let bend = uncertainty::bend(&flexible, state, &grams, problem.model.bend);
+    let pictures: Vec<&BoardView> = problem.sights.iter().map(|s| s.view).collect();
+    let evidence = Evidence {
+        camera: &camera,
+        pictures: &pictures,
+        views: &views,
+        focal_deviation,
+        scatter: uncertainty.scatter(),
+        bend: bend.as_ref(),
+        bend_is_free: problem.model.bend,
     };
-    let views: Vec<ViewFit> =
-        poses.iter().enumerate().map(fit).collect::<Option<_>>().ok_or(CalibrateError::Degenerate)?;
-    let mean =
-        |values: Option<Vec<f64>>| values.map(|v| (v.iter().map(|x| x * x).sum::<f64>() / v.len() as f64).sqrt());
     Ok(Calibration {
-        camera: *camera,
-        deviations: CameraDeviations { fx, fy, cx, cy, k1, k2 },
-        rms_px: mean(Some(views.iter().map(|v| v.rms_px).collect())).unwrap_or(0.0),
-        hold_out_rms_px: mean(views.iter().map(|v| v.hold_out_rms_px).collect()),
-        sigma_px: problem.sigma,
-        warnings: warnings(problem, camera, &views, focal_deviation),
+        camera,
+        deviations,
+        scatter: uncertainty.scatter(),
+        rms_px: over_all(&pictures, views.iter().map(|v| Some(v.rms_px))).unwrap_or(0.0),
+        hold_out_rms_px: over_all(&pictures, views.iter().map(|v| v.hold_out_rms_px)),
+        sigma_px: problem.sigmas[0],
+        bend,
+        warnings: evidence.warnings(),
         views,
     })
 }
 
-fn warnings(problem: &Problem, camera: &Camera, views: &[ViewFit], focal_deviation: f64) -> Vec<CalibrateWarning> {
-    let mut warnings = Vec::new();
-    if views.len() < FEW_VIEWS {
-        warnings.push(CalibrateWarning::FewViews { views: views.len() });
+/// `None` where a corner has no pixel.
+fn view_fit(problem: &Problem, sight: &Sight, state: &State, uncertainty: &Uncertainty) -> Option<ViewFit> {
+    let distances = problem.distances(sight, state)?;
+    let without = uncertainty.without(problem, state, sight.moment);
+    Some(ViewFit {
+        cam_from_board: state.pose(sight),
+        rms_px: rms(&distances),
+        worst_px: distances.iter().copied().fold(0.0, f64::max),
+        hold_out_rms_px: without.and_then(|other| problem.distances(sight, &other)).as_deref().map(rms),
+    })
+}
+
+fn rms(distances: &[f64]) -> f64 {
+    (distances.iter().map(|d| d * d).sum::<f64>() / distances.len() as f64).sqrt()
+}
+
+/// The root mean square over all corners of pictures with these; `None` if one is missing.
+fn over_all(pictures: &[&BoardView], each: impl Iterator<Item = Option<f64>>) -> Option<f64> {
+    let (mut squares, mut corners) = (0.0, 0.0);
+    for (picture, rms) in pictures.iter().zip(each) {
+        let count = picture.pixels.len() as f64;
+        squares += rms?.powi(2) * count;
+        corners += count;
     }
-    let normal = |v: &ViewFit| v.cam_from_board.rotation * Vec3::z();
-    let angle = |a: &ViewFit, b: &ViewFit| normal(a).angle(&normal(b)).to_degrees();
-    let tilt_deg = views.iter().flat_map(|a| views.iter().map(move |b| angle(a, b))).fold(0.0, f64::max);
-    if tilt_deg < SMALL_TILT_DEG {
-        warnings.push(CalibrateWarning::SmallTilt { tilt_deg });
-    }
-    if focal_deviation > FOCAL_DEVIATION_WARNING {
-        warnings.push(CalibrateWarning::UncertainFocal { percent: 100.0 * focal_deviation });
-    }
-    let border = Vec2::new(f64::from(camera.width) - 1.0, f64::from(camera.height) - 1.0);
-    let radius = problem.views.iter().flatten().map(|p| (p - border / 2.0).norm()).fold(0.0, f64::max);
-    let reach = radius / (border.norm() / 2.0);
-    if reach < SMALL_REACH {
-        warnings.push(CalibrateWarning::SmallReach { percent: 100.0 * reach });
-    }
-    let mut errors: Vec<f64> = views.iter().map(|v| v.rms_px).collect();
-    errors.sort_by(f64::total_cmp);
-    let limit = BAD_VIEW * errors[errors.len() / 2];
-    let bad = views.iter().enumerate().filter(|(_, v)| v.rms_px > limit.max(MIN_SIGMA));
-    warnings.extend(bad.map(|(view, v)| CalibrateWarning::BadView { view, rms_px: v.rms_px }));
-    let corners = [Vec2::zeros(), Vec2::new(border.x, 0.0), Vec2::new(0.0, border.y), border];
-    let returns = |p: &Vec2| camera.project(&camera.ray(p)).is_some_and(|q| (q - p).norm() < 0.1);
-    if !corners.iter().all(returns) {
-        warnings.push(CalibrateWarning::FoldedDistortion);
-    }
-    warnings
+    Some((squares / f64::max(corners, 1.0)).sqrt())
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ fn board() -> Board {
 }
 
 fn webcam() -> Camera {
-    Camera { width: 400, height: 300, fx: 520.0, fy: 515.0, cx: 205.3, cy: 147.8, k1: -0.2, k2: 0.1 }
+    Camera { fy: 515.0, cx: 205.3, cy: 147.8, k1: -0.2, k2: 0.1, ..Camera::centred(400, 300, 520.0) }
 }
 
 /// Root mean square distance of the corners seen from where they are.
@@ -74,7 +74,7 @@ fn tilted_small_blurred_noisy_and_dim_boards_are_found() {
 
 #[test]
 fn large_pictures_are_searched_from_coarse_to_fine() {
-    let camera = Camera { width: 800, height: 600, fx: 1000.0, fy: 1000.0, cx: 401.0, cy: 297.0, k1: -0.1, k2: 0.0 };
+    let camera = Camera { cx: 401.0, cy: 297.0, k1: -0.1, ..Camera::centred(800, 600, 1000.0) };
     for distance in [0.5, 2.4] {
         let scene = Scene { blur: 1.0, ..Scene::new(camera, [0.3, 0.3, 0.1], distance) };
         let error = error(&scene);
