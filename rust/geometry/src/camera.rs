@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 /// Newton's method on a lens takes 3 to 6 steps; one that takes more is not on its way.
 const MAX_NEWTON_STEPS: usize = 20;
-/// Part of the normalised radius that Newton's method settles to.
-const NEWTON_TOLERANCE: f64 = 1e-14;
+/// Newton's last step, in normalised coordinates: what is left is of the order of its square.
+const NEWTON_TOLERANCE: f64 = 1e-9;
 
 /// A camera whose numbers make no sense.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -133,9 +133,8 @@ impl Camera {
     /// Whether the radial terms keep the order of radii from the middle to a radius squared.
     #[inline(always)]
     fn keeps_order_to(&self, r2: f64) -> bool {
-        let falling = r2 * (3.0 * self.k1.min(0.0) + r2 * (5.0 * self.k2.min(0.0) + r2 * (7.0 * self.k3.min(0.0))));
-        // The falling terms alone decide nearly always.
-        falling > -1.0 || self.grows_to(r2)
+        // Nearly always even the terms' sizes are too small to turn the slope.
+        r2 * (3.0 * self.k1.abs() + r2 * (5.0 * self.k2.abs() + r2 * (7.0 * self.k3.abs()))) < 1.0 || self.grows_to(r2)
     }
 
     /// As [`Camera::keeps_order_to`], of all terms together.
@@ -148,7 +147,12 @@ impl Camera {
     #[inline(always)]
     fn shows(&self, normalised: &Vec2) -> bool {
         self.keeps_order_to(normalised.norm_squared())
-            && ((self.p1 == 0.0 && self.p2 == 0.0) || self.bend(normalised).1.determinant() > 0.0)
+            && (!self.is_tangential() || self.bend(normalised).1.determinant() > 0.0)
+    }
+
+    #[inline(always)]
+    fn is_tangential(&self) -> bool {
+        self.p1 != 0.0 || self.p2 != 0.0
     }
 
     /// Distorted normalised coordinates, and their derivatives by the undistorted ones.
@@ -157,17 +161,24 @@ impl Camera {
         let (x, y, r2) = (n.x, n.y, n.norm_squared());
         let radial = self.radial(r2);
         let slope = 2.0 * (self.k1 + r2 * (2.0 * self.k2 + r2 * (3.0 * self.k3)));
-        let mixed = slope * x * y + 2.0 * (self.p1 * x + self.p2 * y);
-        let by_x = radial + slope * x * x + 2.0 * self.p1 * y + 6.0 * self.p2 * x;
-        let by_y = radial + slope * y * y + 6.0 * self.p1 * y + 2.0 * self.p2 * x;
+        let (mut by_x, mut mixed, mut by_y) = (radial + slope * x * x, slope * x * y, radial + slope * y * y);
+        if self.is_tangential() {
+            by_x += 2.0 * self.p1 * y + 6.0 * self.p2 * x;
+            by_y += 6.0 * self.p1 * y + 2.0 * self.p2 * x;
+            mixed += 2.0 * (self.p1 * x + self.p2 * y);
+        }
         (self.bent(n), Matrix2::new(by_x, mixed, mixed, by_y))
     }
 
     /// Distorted normalised coordinates.
     #[inline]
     fn bent(&self, n: &Vec2) -> Vec2 {
-        let (r2, twice) = (n.norm_squared(), 2.0 * (self.p1 * n.y + self.p2 * n.x));
-        n * (self.radial(r2) + twice) + Vec2::new(self.p2, self.p1) * r2
+        let r2 = n.norm_squared();
+        let straight = n * self.radial(r2);
+        if !self.is_tangential() {
+            return straight;
+        }
+        straight + n * (2.0 * (self.p1 * n.y + self.p2 * n.x)) + Vec2::new(self.p2, self.p1) * r2
     }
 
     /// The pixel of a point in the camera frame; `None` behind the camera, or so far aside that the distortion folds
@@ -208,7 +219,7 @@ impl Camera {
     /// The inverse of [`Camera::bent`], by Newton's method in the plane from the inverse of the radial terms.
     fn unbend(&self, distorted: &Vec2) -> Option<Vec2> {
         let radial = self.unbend_radially(distorted)?;
-        if self.p1 == 0.0 && self.p2 == 0.0 {
+        if !self.is_tangential() {
             return Some(radial);
         }
         let mut n = radial;
@@ -216,7 +227,7 @@ impl Camera {
             let (bent, derivative) = self.bend(&n);
             let step = derivative.try_inverse()? * (bent - distorted);
             n -= step;
-            if step.norm() <= NEWTON_TOLERANCE * (1.0 + n.norm()) {
+            if step.norm() <= NEWTON_TOLERANCE {
                 return self.shows(&n).then_some(n);
             }
         }
@@ -229,11 +240,12 @@ impl Camera {
         if target < 1e-12 || (self.k1 == 0.0 && self.k2 == 0.0 && self.k3 == 0.0) {
             return Some(*distorted);
         }
-        let mut r = target;
+        // The inverse series' first term.
+        let mut r = target * (1.0 - self.k1 * target * target).max(0.5);
         for _ in 0..MAX_NEWTON_STEPS {
             let step = (r * self.radial(r * r) - target) / self.slope(r * r);
             r -= step;
-            if step.abs() <= NEWTON_TOLERANCE * (1.0 + r.abs()) {
+            if step.abs() <= NEWTON_TOLERANCE {
                 let valid = r > 0.0 && self.keeps_order_to(r * r);
                 return if valid { Some(distorted * (r / target)) } else { self.bisected(distorted, target) };
             }
@@ -418,7 +430,7 @@ mod tests {
         let camera = Camera { k1: -1.2, k2: 0.6, ..Camera::centred(1000, 1000, 500.0) };
         assert!(camera.slope(0.3) > 0.0 && camera.slope(0.6) < 0.0 && camera.slope(1.5) > 0.0);
         assert!(camera.project(&Vec3::new(1.5f64.sqrt(), 0.0, 1.0)).is_none());
-        let third = Camera { k1: 0.0, k2: -1.0, k3: 1.0, ..camera };
+        let third = Camera { k1: 0.0, k2: -2.0, k3: 1.0, ..camera };
         assert!(third.slope(0.5) < 0.0 && third.slope(2.0) > 0.0);
         assert!(third.project(&Vec3::new(2.0f64.sqrt(), 0.0, 1.0)).is_none());
         assert!(third.project(&Vec3::new(0.5, 0.0, 1.0)).is_some());

@@ -105,19 +105,11 @@ impl Data<'_> {
             for (k, (point, pixel)) in points.iter().zip(pixels).enumerate() {
                 let (loss, rows) = self.rows::<L, C>(point, pixel)?;
                 cost += loss;
-                for c in 0..C {
-                    columns[c][k] = [rows[0][c], rows[1][c]];
+                for (column, axes) in columns.iter_mut().zip(rows[0].iter().zip(&rows[1])) {
+                    column[k] = [*axes.0, *axes.1];
                 }
             }
-            for i in 0..C {
-                for j in i..C {
-                    for k in 0..CORNERS {
-                        for lane in 0..LANES {
-                            sums[i][j][lane] += columns[i][k][lane] * columns[j][k][lane];
-                        }
-                    }
-                }
-            }
+            add_products(&mut sums, &columns);
         }
         let value = |k: usize| sums[(k / C).min(k % C)][(k / C).max(k % C)].iter().sum();
         Some(Gram { cost, lens: L, values: (0..C * C).map(value).collect() })
@@ -132,8 +124,8 @@ impl Data<'_> {
         let (loss, root) = self.weighting.of(residual.norm_squared());
         let mut rows = [[0.0; C]; 2];
         for (axis, row) in rows.iter_mut().enumerate() {
-            for k in 0..L.min(9) {
-                row[k] = root * by.intrinsics[(axis, k)];
+            for (k, value) in row.iter_mut().enumerate().take(L.min(9)) {
+                *value = root * by.intrinsics[(axis, k)];
             }
             if self.square_pixels {
                 row[0] += row[1];
@@ -150,5 +142,18 @@ impl Data<'_> {
             row[L + 6] = root * residual[axis];
         }
         Some((loss, rows))
+    }
+}
+
+/// Adds the products of the columns on and above the diagonal.
+#[inline(always)]
+fn add_products<const C: usize>(sums: &mut [[[f64; LANES]; C]; C], columns: &[[[f64; LANES]; CORNERS]; C]) {
+    for (i, (a, sums)) in columns.iter().zip(sums).enumerate() {
+        for (b, sum) in columns[i..].iter().zip(&mut sums[i..]) {
+            for (a, b) in a.iter().zip(b) {
+                sum[0] += a[0] * b[0];
+                sum[1] += a[1] * b[1];
+            }
+        }
     }
 }

@@ -12,7 +12,7 @@
 //! # How
 //! Homographies, closed form, `k1, k2` by linear least squares, then everything together by robust non-linear least
 //! squares. What the pictures do not determine is an error or a warning, never a guess. Deviations are those that the
-//! corners' noise explains, or those that leaving out single pictures shows, whichever are larger.
+//! corners' noise explains, or those that the scatter of pictures shows, whichever are larger.
 
 mod closed_form;
 mod error;
@@ -37,6 +37,10 @@ use warnings::Evidence;
 
 /// Standard deviation of the focal length, parts of it, from which the pictures do not determine it.
 const MAX_FOCAL_DEVIATION: f64 = 0.05;
+/// A bulge of so many standard deviations is no chance.
+const CLEAR_BULGE: f64 = 4.0;
+/// Part of the squared error that a bulge must explain to matter.
+const CLEAR_SHARE: f64 = 0.1;
 /// Corners this far off, parts of the picture's diagonal, are not explained by any camera.
 const MAX_SIGMA: f64 = 0.01;
 
@@ -185,16 +189,23 @@ pub struct BoardBend {
     pub explained: f64,
 }
 
+impl BoardBend {
+    /// Whether it is no chance and matters.
+    fn is_clear(&self) -> bool {
+        self.bulge_mm > CLEAR_BULGE * self.deviation_mm && self.explained > CLEAR_SHARE
+    }
+}
+
 /// A camera and how well it is known.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
     /// The camera.
     pub camera: Camera,
-    /// Standard deviations of its numbers: those that the corners' noise explains, or by leaving out single pictures (from
-    /// six pictures on), whichever is larger.
+    /// Standard deviations of its numbers: those that the corners' noise explains, or the scatter of pictures (from six on),
+    /// whichever is larger, and what a clear bend of the board that was not allowed for shifts.
     pub deviations: CameraDeviations,
-    /// By how many times leaving out single pictures moves the camera further than the corners' noise explains; `None` for
-    /// fewer than six pictures.
+    /// By how many times single pictures move the camera further than independent noise of their corners explains: about 1
+    /// if the corners of a picture do not err together; `None` for fewer than six pictures.
     pub scatter: Option<f64>,
     /// Root mean square distance of all corners from where the camera puts them, pixels.
     pub rms_px: f64,
@@ -239,7 +250,15 @@ fn report(problem: &Problem, state: &State) -> Result<Calibration, CalibrateErro
     let camera = state.cameras[0];
     let flexible = problem.with_bend();
     let grams = flexible.grams(state).ok_or(CalibrateError::Degenerate)?;
-    let uncertainty = Uncertainty::of(problem, state, &grams).ok_or(CalibrateError::Degenerate)?;
+    let mut uncertainty = Uncertainty::of(problem, state, &grams).ok_or(CalibrateError::Degenerate)?;
+    let bend = uncertainty::bend(&flexible, state, &grams, problem.model.bend);
+    if let Some((bend, shift)) = &bend
+        && !problem.model.bend
+        && bend.is_clear()
+    {
+        uncertainty.allow_for(shift);
+    }
+    let bend = bend.map(|(bend, _)| bend);
     let deviations = CameraDeviations::of(&problem.model, &uncertainty, 0);
     let focal_deviation = deviations.focal(&camera);
     if camera.validate().is_err() || focal_deviation.is_nan() || focal_deviation > MAX_FOCAL_DEVIATION {
@@ -247,7 +266,6 @@ fn report(problem: &Problem, state: &State) -> Result<Calibration, CalibrateErro
     }
     let fits = problem.sights.iter().map(|sight| view_fit(problem, sight, state, &uncertainty));
     let views: Vec<ViewFit> = fits.collect::<Option<_>>().ok_or(CalibrateError::Degenerate)?;
-    let bend = uncertainty::bend(&flexible, state, &grams, problem.model.bend);
     let pictures: Vec<&BoardView> = problem.sights.iter().map(|s| s.view).collect();
     let evidence = Evidence {
         camera: &camera,

@@ -16,10 +16,6 @@ const NO_TILT_DEG: f64 = 10.0;
 const BAD_VIEW: f64 = 3.0;
 /// Times by which pictures may differ more than their corners' noise explains.
 const MAX_SCATTER: f64 = 2.0;
-/// A bulge of so many standard deviations is no chance.
-const BULGE_DEVIATIONS: f64 = 4.0;
-/// Part of the squared error that a bulge must explain to matter.
-const BULGE_EXPLAINS: f64 = 0.1;
 /// Errors below this are those of rounding, pixels.
 const NO_ERROR: f64 = 1e-6;
 
@@ -208,7 +204,7 @@ impl Evidence<'_> {
         }
         warnings.extend(self.reach());
         warnings.extend(self.bad_views());
-        let bent = self.bend.filter(|b| !self.bend_is_free && is_bent(b));
+        let bent = self.bend.filter(|b| !self.bend_is_free && b.is_clear());
         match (bent, self.scatter) {
             // A bent board explains scatter.
             (Some(b), _) => {
@@ -275,6 +271,14 @@ impl Evidence<'_> {
     }
 }
 
-fn is_bent(bend: &BoardBend) -> bool {
-    bend.bulge_mm > BULGE_DEVIATIONS * bend.deviation_mm && bend.explained > BULGE_EXPLAINS
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sides_and_parts_are_listed_as_in_a_sentence() {
+        assert_eq!(listed(&[Side::Left], "or"), "left side");
+        assert_eq!(listed(&[Side::Left, Side::Right, Side::Top], "or"), "left side, right side or top");
+        assert_eq!(listed::<Side>(&[], "or"), "");
+    }
 }
