@@ -62,6 +62,18 @@ pub enum CalibrateError {
     },
 }
 
+impl CalibrateError {
+    /// The same with another numbering of the pictures.
+    pub(super) fn renumbered(self, number: impl Fn(usize) -> usize) -> Self {
+        match self {
+            Self::CornerCount { view, found, expected } => Self::CornerCount { view: number(view), found, expected },
+            Self::TooFewCorners { view, found, needed } => Self::TooFewCorners { view: number(view), found, needed },
+            Self::FlatView { view } => Self::FlatView { view: number(view) },
+            other => other,
+        }
+    }
+}
+
 /// The homography of each picture, once everything given makes sense.
 pub(super) fn checked_homographies(
     views: &[BoardView],

@@ -248,17 +248,7 @@ pub fn calibrate(
 
 fn report(problem: &Problem, state: &State) -> Result<Calibration, CalibrateError> {
     let camera = state.cameras[0];
-    let flexible = problem.with_bend();
-    let grams = flexible.grams(state).ok_or(CalibrateError::Degenerate)?;
-    let mut uncertainty = Uncertainty::of(problem, state, &grams).ok_or(CalibrateError::Degenerate)?;
-    let bend = uncertainty::bend(&flexible, state, &grams, problem.model.bend);
-    if let Some((bend, shift)) = &bend
-        && !problem.model.bend
-        && bend.is_clear()
-    {
-        uncertainty.allow_for(shift);
-    }
-    let bend = bend.map(|(bend, _)| bend);
+    let (uncertainty, bend) = uncertainty::with_bend(problem, state).ok_or(CalibrateError::Degenerate)?;
     let deviations = CameraDeviations::of(&problem.model, &uncertainty, 0);
     let focal_deviation = deviations.focal(&camera);
     if camera.validate().is_err() || focal_deviation.is_nan() || focal_deviation > MAX_FOCAL_DEVIATION {
@@ -267,15 +257,10 @@ fn report(problem: &Problem, state: &State) -> Result<Calibration, CalibrateErro
     let fits = problem.sights.iter().map(|sight| view_fit(problem, sight, state, &uncertainty));
     let views: Vec<ViewFit> = fits.collect::<Option<_>>().ok_or(CalibrateError::Degenerate)?;
     let pictures: Vec<&BoardView> = problem.sights.iter().map(|s| s.view).collect();
-    let evidence = Evidence {
-        camera: &camera,
-        pictures: &pictures,
-        views: &views,
-        focal_deviation,
-        scatter: uncertainty.scatter(),
-        bend: bend.as_ref(),
-        bend_is_free: problem.model.bend,
-    };
+    let evidence = Evidence { camera: &camera, pictures: &pictures, views: &views, focal_deviation };
+    let mut warnings = evidence.warnings();
+    let bend_left_out = bend.filter(|_| !problem.model.bend);
+    warnings.extend(warnings::of_board(bend_left_out.as_ref(), uncertainty.scatter()));
     Ok(Calibration {
         camera,
         deviations,
@@ -284,7 +269,7 @@ fn report(problem: &Problem, state: &State) -> Result<Calibration, CalibrateErro
         hold_out_rms_px: over_all(&pictures, views.iter().map(|v| v.hold_out_rms_px)),
         sigma_px: problem.sigmas[0],
         bend,
-        warnings: evidence.warnings(),
+        warnings,
         views,
     })
 }

@@ -5,7 +5,7 @@ use synthetic::Random;
 
 const SQUARE: f64 = 0.0255;
 /// `fx, fy, cx, cy, k1, k2, k3, p1, p2`.
-const PAPER: [f64; 9] = [702.0, 699.0, 308.4, 246.8, -0.25, 0.1, 0.0, 0.0, 0.0];
+pub(super) const PAPER: [f64; 9] = [702.0, 699.0, 308.4, 246.8, -0.25, 0.1, 0.0, 0.0, 0.0];
 const FULL: [f64; 9] = [702.0, 699.0, 308.4, 246.8, -0.25, 0.1, 0.05, 1e-3, -2e-3];
 const FLAT: [f64; 3] = [0.0; 3];
 
@@ -18,7 +18,7 @@ fn board() -> Vec<Vec2> {
 }
 
 /// The rows of the rotation by `angles` about x, then y, then z.
-fn turn([x, y, z]: [f64; 3]) -> [[f64; 3]; 3] {
+pub(super) fn turn([x, y, z]: [f64; 3]) -> [[f64; 3]; 3] {
     let ((sx, cx), (sy, cy), (sz, cz)) = (x.sin_cos(), y.sin_cos(), z.sin_cos());
     [
         [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
@@ -28,7 +28,7 @@ fn turn([x, y, z]: [f64; 3]) -> [[f64; 3]; 3] {
 }
 
 /// Where a lens shows a point.
-fn seen([fx, fy, cx, cy, k1, k2, k3, p1, p2]: [f64; 9], point: [f64; 3]) -> Vec2 {
+pub(super) fn seen([fx, fy, cx, cy, k1, k2, k3, p1, p2]: [f64; 9], point: [f64; 3]) -> Vec2 {
     let (x, y) = (point[0] / point[2], point[1] / point[2]);
     let r = x.hypot(y);
     let bend = 1.0 + k1 * r.powi(2) + k2 * r.powi(4) + k3 * r.powi(6);

@@ -31,7 +31,7 @@ pub(super) struct Uncertainty {
     moments: Vec<Moment>,
     /// What a Newton step would still change.
     step: DVector<f64>,
-    /// See [`Uncertainty::allow_for`].
+    /// What a cause that the model leaves out shifts.
     shift: DVector<f64>,
 }
 
@@ -86,11 +86,6 @@ impl Uncertainty {
         let mut boards = vec![Vector6::zeros(); state.boards.len()];
         boards[moment] = reduced.boards(normal, &shared)[0];
         Some(problem.moved(state, &Step { shared, boards, promised: 0.0 }))
-    }
-
-    /// Lets unknowns be wrong by what a cause shifts them that the model leaves out.
-    pub(super) fn allow_for(&mut self, shift: &DVector<f64>) {
-        self.shift = shift.clone();
     }
 
     /// Standard deviation of an unknown: the larger of both, and the shift.
@@ -183,6 +178,22 @@ fn between(moments: &[Moment], covariance: &DMatrix<f64>) -> Option<(DVector<f64
     let count = moves.len() as f64;
     let jackknife = || squares(|m| &m.jackknife) * ((count - 1.0) / count);
     Some((if scatter > DEPENDENT { jackknife() } else { sandwich }, scatter))
+}
+
+/// The uncertainty, and how far the board is from flat; a clear bend that was not allowed for makes deviations larger. `None`
+/// where the unknowns are not determined.
+pub(super) fn with_bend(problem: &Problem, state: &State) -> Option<(Uncertainty, Option<BoardBend>)> {
+    let flexible = problem.with_bend();
+    let grams = flexible.grams(state)?;
+    let mut uncertainty = Uncertainty::of(problem, state, &grams)?;
+    let bend = bend(&flexible, state, &grams, problem.model.bend);
+    if let Some((bend, shift)) = &bend
+        && !problem.model.bend
+        && bend.is_clear()
+    {
+        uncertainty.shift.copy_from(shift);
+    }
+    Some((uncertainty, bend.map(|(bend, _)| bend)))
 }
 
 /// How far the board is from flat, and by how much the other shared unknowns change if that is allowed for, by what a Newton

@@ -186,10 +186,16 @@ pub(super) struct Evidence<'a> {
     pub(super) views: &'a [ViewFit],
     /// Parts of it.
     pub(super) focal_deviation: f64,
-    pub(super) scatter: Option<f64>,
-    pub(super) bend: Option<&'a BoardBend>,
-    /// Whether the bend was solved for.
-    pub(super) bend_is_free: bool,
+}
+
+/// What is wrong with the board or with how it was held. A bend that was allowed for is not given.
+pub(super) fn of_board(bend: Option<&BoardBend>, scatter: Option<f64>) -> Option<CalibrateWarning> {
+    match (bend.filter(|b| b.is_clear()), scatter) {
+        // A bent board explains scatter.
+        (Some(b), _) => Some(CalibrateWarning::BentBoard { bulge_mm: b.bulge_mm, deviation_mm: b.deviation_mm }),
+        (None, Some(factor)) if factor > MAX_SCATTER => Some(CalibrateWarning::Scattered { factor }),
+        _ => None,
+    }
 }
 
 impl Evidence<'_> {
@@ -204,15 +210,6 @@ impl Evidence<'_> {
         }
         warnings.extend(self.reach());
         warnings.extend(self.bad_views());
-        let bent = self.bend.filter(|b| !self.bend_is_free && b.is_clear());
-        match (bent, self.scatter) {
-            // A bent board explains scatter.
-            (Some(b), _) => {
-                warnings.push(CalibrateWarning::BentBoard { bulge_mm: b.bulge_mm, deviation_mm: b.deviation_mm })
-            }
-            (None, Some(factor)) if factor > MAX_SCATTER => warnings.push(CalibrateWarning::Scattered { factor }),
-            _ => {}
-        }
         if self.is_folded() {
             warnings.push(CalibrateWarning::FoldedDistortion);
         }
