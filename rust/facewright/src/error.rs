@@ -100,6 +100,14 @@ pub enum FacewrightError {
         /// What the detector said of the others.
         hint: String,
     },
+    /// Pictures of a rig that can't be put together.
+    #[error(
+        "each camera of a rig needs a picture for each moment, with the same number at the end of its name or in the same order: {counts}"
+    )]
+    RigPictures {
+        /// Pictures of each camera.
+        counts: String,
+    },
     /// An option that makes no sense.
     #[error("{name} must be {expected}")]
     Option {
@@ -148,6 +156,9 @@ pub enum FacewrightError {
     /// From calibration.
     #[error(transparent)]
     Calibrate(#[from] motion::calibrate::CalibrateError),
+    /// From the calibration of a rig.
+    #[error(transparent)]
+    Rig(#[from] motion::calibrate::rig::RigError),
     /// From motion and structure.
     #[error(transparent)]
     Motion(#[from] motion::MotionError),

@@ -39,7 +39,7 @@ pub struct FrameSet {
 }
 
 impl FrameSet {
-    /// Opens image files, folders and videos, in that order, and checks from their headers that all have one size.
+    /// Opens image files, folders, patterns like `left*.jpg` and videos, in that order, and checks from their headers that all have one size.
     pub fn open(inputs: &[PathBuf], progress: &Progress) -> Result<Self, FacewrightError> {
         progress.stage("frames")?;
         let mut paths = Vec::new();
@@ -51,6 +51,8 @@ impl FrameSet {
                 decoded = Some(folder);
             } else if input.is_dir() {
                 paths.extend(pictures_in(input)?);
+            } else if let Some(matching) = matching(input) {
+                paths.extend(matching?);
             } else {
                 paths.push(input.clone());
             }
@@ -78,6 +80,12 @@ impl FrameSet {
         }
         let exif_focal = exif_focal(&first, width, height);
         Ok(Self { frames, width, height, exif_focal, _decoded: decoded })
+    }
+
+    /// Frames that are known to be there and of one size.
+    #[cfg(test)]
+    pub(crate) fn of(frames: Vec<Frame>, width: u32, height: u32) -> Self {
+        Self { frames, width, height, exif_focal: None, _decoded: None }
     }
 
     /// Number of frames.
@@ -125,6 +133,13 @@ fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, FacewrightError> {
     paths.retain(|p| is(p, &PICTURES));
     paths.sort();
     Ok(paths)
+}
+
+/// Files whose names match a pattern with `*` or `?`, by name; `None` for an ordinary path.
+fn matching(pattern: &Path) -> Option<Result<Vec<PathBuf>, FacewrightError>> {
+    let text = pattern.to_str().filter(|text| text.contains(['*', '?']) && !pattern.exists())?;
+    let found = glob::glob(text).map_err(|e| unreadable(pattern, &e));
+    Some(found.map(|paths| paths.filter_map(Result::ok).filter(|p| is(p, &PICTURES)).collect()))
 }
 
 fn upright_size(path: &Path) -> Result<(u32, u32), FacewrightError> {

@@ -37,10 +37,14 @@ mod shape;
 mod skin;
 mod solve;
 mod tracks;
+mod undistort;
 mod unseen;
 
 pub use assets::Assets;
-pub use calibration::{CalibrateOptions, CalibratedCamera, calibrate};
+pub use calibration::{
+    BoardImage, CalibrateOptions, CalibratedCamera, CalibratedRig, MountedCamera, RigInput, SeenCorner, calibrate,
+    calibrate_rig,
+};
 pub use error::FacewrightError;
 pub use frames::{Frame, FrameSet};
 pub use head;
@@ -49,3 +53,4 @@ pub use overlay::overlay;
 pub use reconstruct::{ReconstructOptions, generic_head, reconstruct};
 pub use report::{CameraSource, FitReport, FrameReport, Method, Report, Scale, SourcedCamera, TextureReport};
 pub use result::{Reconstruction, check_folder, write_json, write_text};
+pub use undistort::undistort;

@@ -4,6 +4,7 @@ mod job;
 mod reconstruction;
 
 use facewright::board::{Page, SheetOptions, sheet};
+use facewright::calibration_picture;
 use facewright::{
     Assets, CalibrateOptions, FacewrightError as CoreError, FrameSet, Method, ReconstructOptions, SourcedCamera,
 };
@@ -44,23 +45,37 @@ fn save_board(
     mark: bool,
     dpi: f64,
 ) -> PyResult<()> {
-    let square = square_mm / 1000.0;
-    let board = match squares {
-        Some((columns, rows)) => Board::squares(columns, rows, square, gap_mm.map_or(1.0, |gap| gap / square_mm)),
-        None => Board::checkerboard(inner.0, inner.1, square),
-    };
     let options = SheetOptions { page: page.parse::<Page>().map_err(PyValueError::new_err)?, mark };
-    let drawing = sheet(&board, &options).map_err(|e| raise(&e.into()))?;
+    let drawing = sheet(&board(inner, squares, gap_mm, square_mm), &options).map_err(|e| raise(&e.into()))?;
     drawing.write(&path, dpi).map_err(|e| raise(&e))
 }
 
+fn board(inner: (u32, u32), squares: Option<(u32, u32)>, gap_mm: Option<f64>, square_mm: f64) -> Board {
+    let square = square_mm / 1000.0;
+    match squares {
+        Some((columns, rows)) => Board::squares(columns, rows, square, gap_mm.map_or(1.0, |gap| gap / square_mm)),
+        None => Board::checkerboard(inner.0, inner.1, square),
+    }
+}
+
 #[pyfunction]
-#[pyo3(signature = (pictures, *, inner = (9, 6), square_mm = 25.5))]
-fn calibrate(pictures: Vec<PathBuf>, inner: (u32, u32), square_mm: f64) -> PyResult<Job> {
-    let options = CalibrateOptions { inner, square: square_mm / 1000.0 };
+#[pyo3(signature = (pictures, *, inner = (9, 6), squares = None, gap_mm = None, square_mm = 25.5, picture = None))]
+fn calibrate(
+    pictures: Vec<PathBuf>,
+    inner: (u32, u32),
+    squares: Option<(u32, u32)>,
+    gap_mm: Option<f64>,
+    square_mm: f64,
+    picture: Option<PathBuf>,
+) -> PyResult<Job> {
+    let board = board(inner, squares, gap_mm, square_mm);
+    let options = CalibrateOptions { boards: vec![board], ..CalibrateOptions::default() };
     Job::start(move |progress| {
         let frames = FrameSet::open(&pictures, progress)?;
         let calibrated = facewright::calibrate(&frames, &options, progress)?;
+        if let Some(path) = picture {
+            calibration_picture::of_camera(&calibrated).write(&path, calibration_picture::DPI)?;
+        }
         Ok(Output::Text(serde_json::to_string(&calibrated).unwrap_or_default()))
     })
 }

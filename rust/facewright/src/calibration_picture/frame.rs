@@ -1,9 +1,10 @@
 //! All corners over the camera's frame: where the picture was covered, and by how much they were missed.
 
 use super::style::{ACCENT, Area, GREY, INK, MIDDLE, SMALL, THIN, plain, title};
-use super::{Bounds, PictureInput, PicturedCamera, SeenCorner};
+use super::{Bounds, PictureInput, PicturedCamera};
+use crate::calibration::BoardImage;
 use crate::drawing::{Colour, Drawing, Stroke, Text};
-use geometry::{Board, Vec2, Vec3};
+use geometry::{Board, Transform, Vec2};
 
 /// Length that nearly all residuals stay below, mm.
 const LONGEST: f64 = 4.0;
@@ -81,21 +82,29 @@ fn principal_point(drawing: &mut Drawing, at: Vec2, page: Area) {
     }
 }
 
-/// The corners of each picture; without those found, the board's as the camera projects them.
+/// A corner as it was seen, and where the calibrated camera puts it, pixels.
+#[derive(Clone, Copy)]
+struct SeenCorner {
+    seen: Vec2,
+    projected: Vec2,
+}
+
+/// The corners of each picture; where the file has none, the board's as the camera projects them.
 fn corners(camera: &PicturedCamera, board: &Board) -> Vec<Vec<SeenCorner>> {
     let (calibrated, points) = (camera.calibrated, board.points());
-    let project =
-        |pose: &geometry::Transform, p: &Vec2| calibrated.camera.camera.project(&pose.apply(&Vec3::new(p.x, p.y, 0.0)));
-    let image = |(k, image): (usize, &crate::calibration::BoardImage)| match (camera.corners, image.cam_from_board) {
-        ([], Some(pose)) => {
-            let pixels = points.iter().filter_map(|p| project(&pose, p));
-            pixels.map(|pixel| SeenCorner { seen: pixel, projected: pixel }).collect()
-        }
-        ([], None) => Vec::new(),
-        (corners, _) => corners.get(k).cloned().unwrap_or_default(),
+    let project = |pose: &Transform, p: &Vec2| calibrated.camera.camera.project(&pose.apply(&p.push(0.0)));
+    let without_any = calibrated.images.iter().all(|image| image.corners.is_empty());
+    let image = |image: &BoardImage| -> Vec<SeenCorner> {
+        let known = image.corners.iter().map(|&crate::SeenCorner(_, seen, error)| {
+            let seen = Vec2::from(seen);
+            SeenCorner { seen, projected: seen - Vec2::from(error) }
+        });
+        let pose = image.cam_from_board.filter(|_| without_any);
+        let guessed = points.iter().filter_map(|p| project(&pose?, p));
+        let all = known.chain(guessed.map(|pixel| SeenCorner { seen: pixel, projected: pixel }));
+        all.filter(|c| c.seen.iter().chain(&c.projected).all(|v| v.is_finite())).collect()
     };
-    let finite = |c: &SeenCorner| c.seen.iter().chain(&c.projected).all(|v| v.is_finite());
-    calibrated.images.iter().enumerate().map(image).map(|c: Vec<_>| c.into_iter().filter(finite).collect()).collect()
+    calibrated.images.iter().map(image).collect()
 }
 
 /// The round factor with which 19 of 20 residuals are shorter than [`LONGEST`] in a frame `width` mm wide; `None` without

@@ -1,7 +1,7 @@
 //! A calibration in one picture, on A4 across: where the boards were, where their corners, how well they fit, the numbers.
 //!
 //! # Entry points
-//! - [`picture`]: cameras and board in, a [`Drawing`] out; its `write` makes SVG, PDF or PNG.
+//! - [`of_camera`] and [`of_rig`]: a calibration in, a [`Drawing`] out; its `write` makes SVG, PDF or PNG.
 //!
 //! # Conventions
 //! Pictures are numbered from 1, everywhere alike. Greys throughout; the one colour is for what deserves a look: pictures
@@ -15,10 +15,10 @@ mod scene;
 mod space;
 mod style;
 
-use crate::CalibratedCamera;
 use crate::board::describe;
 use crate::calibration::BoardImage;
 use crate::drawing::{Anchor, Drawing, Text};
+use crate::{CalibratedCamera, CalibratedRig, MountedCamera};
 use geometry::{Board, Transform, Vec2};
 use scene::Scene;
 use style::{Area, GREY, INK, SMALL};
@@ -28,40 +28,53 @@ pub const BAD: f64 = 2.0;
 /// Resolution of the picture as PNG, dots per inch.
 pub const DPI: f64 = 300.0;
 
-/// A corner as it was seen, and where the calibrated camera puts it, pixels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SeenCorner {
-    /// Where it was found.
-    pub seen: Vec2,
-    /// Where the board's pose and the camera project it to.
-    pub projected: Vec2,
-}
-
 /// One of the cameras of a rig, or the only one.
 #[derive(Clone, Copy, Debug)]
-pub struct PicturedCamera<'a> {
+struct PicturedCamera<'a> {
     /// What to call it.
-    pub name: &'a str,
+    name: &'a str,
     /// Its calibration. The k-th pictures of all cameras show the board in one place.
-    pub calibrated: &'a CalibratedCamera,
+    calibrated: &'a CalibratedCamera,
     /// Where it is; the identity for the only camera.
-    pub camera_from_rig: Transform,
-    /// The corners found in each picture; empty where the board was not found. Without any, corners are drawn where the camera
-    /// projects them to.
-    pub corners: &'a [Vec<SeenCorner>],
+    camera_from_rig: Transform,
+}
+
+impl<'a> PicturedCamera<'a> {
+    fn of(mounted: &'a MountedCamera) -> Self {
+        let MountedCamera { name, calibrated, camera_from_rig, .. } = mounted;
+        Self { name, calibrated, camera_from_rig: *camera_from_rig }
+    }
 }
 
 /// What is pictured.
 #[derive(Clone, Copy, Debug)]
-pub struct PictureInput<'a> {
+struct PictureInput<'a> {
     /// The cameras, the only one or those of a rig: up to four are readable.
-    pub cameras: &'a [PicturedCamera<'a>],
+    cameras: &'a [PicturedCamera<'a>],
     /// The board.
-    pub board: Board,
+    board: Board,
 }
 
-/// The picture, 297 × 210 mm.
-pub fn picture(input: &PictureInput) -> Drawing {
+/// The picture of one camera's calibration, 297 × 210 mm.
+pub fn of_camera(calibrated: &CalibratedCamera) -> Drawing {
+    let camera = PicturedCamera { name: "", calibrated, camera_from_rig: Transform::identity() };
+    picture(&PictureInput { cameras: &[camera], board: board_shown(calibrated) })
+}
+
+/// The same of a rig's.
+pub fn of_rig(rig: &CalibratedRig) -> Drawing {
+    let cameras: Vec<PicturedCamera> = rig.cameras.iter().map(PicturedCamera::of).collect();
+    picture(&PictureInput { cameras: &cameras, board: board_shown(&rig.cameras[0].calibrated) })
+}
+
+/// The board that most pictures show.
+fn board_shown(calibrated: &CalibratedCamera) -> Board {
+    let pictures = |k: &usize| calibrated.images.iter().filter(|image| image.board == Some(*k)).count();
+    let most = (0..calibrated.boards.len()).max_by_key(|k| (pictures(k), std::cmp::Reverse(*k)));
+    most.map_or_else(|| Board::checkerboard(9, 6, 0.0255), |k| calibrated.boards[k])
+}
+
+fn picture(input: &PictureInput) -> Drawing {
     let mut drawing = Drawing::new(Vec2::new(297.0, 210.0));
     header(&mut drawing, input);
     let scene = Scene::new(input);

@@ -1,6 +1,7 @@
 //! What is on the picture, and that it stays on the page.
 
 use super::*;
+use crate::calibration::SeenCorner;
 use crate::drawing::{Format, Mark, Outline, Stroke};
 use crate::{CameraSource, SourcedCamera};
 use geometry::{Camera, Vec3};
@@ -8,7 +9,7 @@ use motion::calibrate::CameraDeviations;
 use nalgebra::Rotation3;
 
 fn lens() -> Camera {
-    Camera { width: 640, height: 480, fx: 700.0, fy: 698.0, cx: 315.0, cy: 243.0, k1: -0.2, k2: 0.05 }
+    Camera { fy: 698.0, cx: 315.0, cy: 243.0, k1: -0.2, k2: 0.05, ..Camera::centred(640, 480, 700.0) }
 }
 
 /// A number between −1 and 1 that depends on its arguments alone.
@@ -27,18 +28,30 @@ fn calibrated(count: usize, missing: &[usize], bad: Option<usize>) -> Calibrated
         BoardImage {
             name: format!("IMG_{k:04}"),
             found,
+            used: found,
             reason: (!found).then(|| "no grid of 9x6 corners was found: is the whole board in the picture?".to_owned()),
             rms_px: found.then_some(rms),
             worst_px: found.then_some(3.0 * rms),
             hold_out_rms_px: found.then_some(1.15 * rms),
             cam_from_board: found.then_some(Transform::new(turn, at)),
+            ..BoardImage::default()
         }
     };
     CalibratedCamera {
         camera: SourcedCamera { camera: lens(), source: CameraSource::Board },
         rms_px: 0.18,
         hold_out_rms_px: Some(0.21),
-        deviations: CameraDeviations { fx: 0.61, fy: 0.58, cx: 0.9, cy: 0.71, k1: 0.004, k2: 0.011 },
+        deviations: CameraDeviations {
+            fx: 0.61,
+            fy: 0.58,
+            cx: 0.9,
+            cy: 0.71,
+            k1: 0.004,
+            k2: 0.011,
+            ..Default::default()
+        },
+        bend: None,
+        boards: vec![board()],
         images: (0..count).map(image).collect(),
         warnings: vec![
             "only 3 pictures of the board: ten to twenty, tilted to all sides, give a better camera".to_owned(),
@@ -50,26 +63,26 @@ fn board() -> Board {
     Board::checkerboard(9, 6, 0.0255)
 }
 
-/// The corners with errors.
-fn noisy(calibrated: &CalibratedCamera) -> Vec<Vec<SeenCorner>> {
-    let image = |(k, image): (usize, &BoardImage)| {
-        let (Some(pose), Some(rms)) = (image.cam_from_board, image.rms_px) else { return Vec::new() };
+/// With corners and their errors.
+fn noisy(mut calibrated: CalibratedCamera) -> CalibratedCamera {
+    for (k, image) in calibrated.images.iter_mut().enumerate() {
+        let (Some(pose), Some(rms)) = (image.cam_from_board, image.rms_px) else { continue };
         let corner = |(i, p): (usize, Vec2)| {
             let projected = lens().project(&pose.apply(&Vec3::new(p.x, p.y, 0.0))).unwrap();
             let error = Vec2::new(chance(k, 2 * i + 100), chance(k, 2 * i + 101)) * 1.2 * rms;
-            SeenCorner { seen: projected + error, projected }
+            SeenCorner(i, (projected + error).into(), error.into())
         };
-        board().points().into_iter().enumerate().map(corner).collect()
-    };
-    calibrated.images.iter().enumerate().map(image).collect()
+        image.corners = board().points().into_iter().enumerate().map(corner).collect();
+    }
+    calibrated
 }
 
-fn only<'a>(calibrated: &'a CalibratedCamera, corners: &'a [Vec<SeenCorner>]) -> PicturedCamera<'a> {
-    PicturedCamera { name: "", calibrated, camera_from_rig: Transform::identity(), corners }
+fn only(calibrated: &CalibratedCamera) -> PicturedCamera<'_> {
+    PicturedCamera { name: "", calibrated, camera_from_rig: Transform::identity() }
 }
 
-fn picture_of(calibrated: &CalibratedCamera, corners: &[Vec<SeenCorner>]) -> Drawing {
-    picture(&PictureInput { cameras: &[only(calibrated, corners)], board: board() })
+fn picture_of(calibrated: &CalibratedCamera) -> Drawing {
+    picture(&PictureInput { cameras: &[only(calibrated)], board: board() })
 }
 
 fn count(drawing: &Drawing, of: impl Fn(&Outline, Option<Stroke>) -> bool) -> usize {
@@ -115,13 +128,12 @@ fn assert_on_page(drawing: &Drawing) {
 
 #[test]
 fn every_board_corner_and_error_is_drawn() {
-    let calibrated = calibrated(12, &[], None);
-    let corners = noisy(&calibrated);
-    let drawing = picture_of(&calibrated, &corners);
+    let calibrated = noisy(calibrated(12, &[], None));
+    let drawing = picture_of(&calibrated);
     assert_on_page(&drawing);
     assert_eq!(discs(&drawing, 0.45), 2 * 12, "the marks of the boards, from two sides");
-    let inside =
-        corners.iter().flatten().filter(|c| (0.0..639.0).contains(&c.seen.x) && (0.0..479.0).contains(&c.seen.y));
+    let corners = calibrated.images.iter().flat_map(|image| &image.corners);
+    let inside = corners.filter(|c| (0.0..639.0).contains(&c.1[0]) && (0.0..479.0).contains(&c.1[1]));
     assert_eq!(discs(&drawing, 0.28), inside.count());
     assert_eq!(rectangles(&drawing), 12);
     assert_eq!(count(&drawing, |_, stroke| stroke.is_some_and(|s| s.width == 0.14)), discs(&drawing, 0.28));
@@ -131,14 +143,14 @@ fn every_board_corner_and_error_is_drawn() {
 #[test]
 fn without_corners_the_projected_ones_show_what_was_covered() {
     let calibrated = calibrated(5, &[], None);
-    let drawing = picture_of(&calibrated, &[]);
+    let drawing = picture_of(&calibrated);
     assert!(discs(&drawing, 0.28) > 200 && !says(&drawing, "errors drawn") && says(&drawing, "270 corners"));
 }
 
 #[test]
 fn a_missing_board_and_a_bad_one_are_named() {
     let calibrated = calibrated(9, &[3], Some(6));
-    let drawing = picture_of(&calibrated, &noisy(&calibrated));
+    let drawing = picture_of(&noisy(calibrated));
     assert_on_page(&drawing);
     assert_eq!((rectangles(&drawing), discs(&drawing, 0.45)), (8, 16));
     assert!(says(&drawing, "4 without a board: no grid of 9x6") && says(&drawing, "7 fits badly, 1.100 px"));
@@ -153,7 +165,7 @@ fn sixty_pictures_and_many_remarks_stay_on_the_page() {
         image.rms_px = Some(if k % 2 == 0 { 5.0 } else { 0.1 });
     }
     calibrated.warnings = vec![calibrated.warnings[0].repeat(4); 9];
-    let drawing = picture_of(&calibrated, &noisy(&calibrated));
+    let drawing = picture_of(&noisy(calibrated));
     assert_on_page(&drawing);
     assert!(says(&drawing, "more like these") && says(&drawing, "… more in the camera's file"));
     assert_eq!(rectangles(&drawing), 57);
@@ -164,8 +176,8 @@ fn a_rig_shows_all_its_cameras_and_each_board_once() {
     let (left, right) = (calibrated(8, &[2], None), calibrated(8, &[2, 5], None));
     let beside = Transform::new(Rotation3::from_euler_angles(0.0, 0.2, 0.0), Vec3::new(-0.15, 0.0, 0.02));
     let cameras = [
-        PicturedCamera { name: "left", ..only(&left, &[]) },
-        PicturedCamera { name: "right", camera_from_rig: beside, ..only(&right, &[]) },
+        PicturedCamera { name: "left", ..only(&left) },
+        PicturedCamera { name: "right", camera_from_rig: beside, ..only(&right) },
     ];
     let drawing = picture(&PictureInput { cameras: &cameras, board: board() });
     assert_on_page(&drawing);
@@ -175,19 +187,18 @@ fn a_rig_shows_all_its_cameras_and_each_board_once() {
 
 #[test]
 fn separated_squares_and_impossible_numbers_are_drawn() {
-    let mut calibrated = calibrated(4, &[0], None);
-    let mut corners = noisy(&calibrated);
-    corners.truncate(2);
+    let mut calibrated = noisy(calibrated(4, &[0], None));
+    calibrated.images[3].corners.clear();
     calibrated.deviations.fx = f64::NAN;
     calibrated.images[1].rms_px = Some(f64::NAN);
     calibrated.images[2].cam_from_board = Some(Transform::new(Rotation3::identity(), Vec3::repeat(f64::NAN)));
     let squares = Board::squares(3, 4, 0.03, 0.5);
-    let drawing = picture(&PictureInput { cameras: &[only(&calibrated, &corners)], board: squares });
+    let drawing = picture(&PictureInput { cameras: &[only(&calibrated)], board: squares });
     assert_on_page(&drawing);
     for format in [Format::Svg, Format::Pdf, Format::Png] {
         let bytes = drawing.encode(format, 60.0).unwrap();
         assert!(!String::from_utf8_lossy(&bytes).contains("NaN"));
     }
     let empty = CalibratedCamera { images: Vec::new(), ..calibrated };
-    assert_on_page(&picture(&PictureInput { cameras: &[only(&empty, &[])], board: squares }));
+    assert_on_page(&picture(&PictureInput { cameras: &[only(&empty)], board: squares }));
 }

@@ -1,21 +1,18 @@
 //! One function per command: arguments in, library call, files out.
 
-use super::{Arguments, BoardArguments, Command};
+use super::{Arguments, Command};
 use facewright::board::{SheetOptions, sheet};
-use facewright::calibration_picture::{PictureInput, PicturedCamera};
-use facewright::drawing::Format;
 use facewright::{
-    Assets, CalibrateOptions, FacewrightError, FrameSet, MatchOptions, ReconstructOptions, SourcedCamera, calibrate,
-    calibration_picture, check_folder, match_pair, overlay, reconstruct, write_json,
+    Assets, FacewrightError, FrameSet, MatchOptions, ReconstructOptions, SourcedCamera, check_folder, match_pair,
+    overlay, reconstruct, write_json,
 };
-use geometry::{Progress, Transform};
+use geometry::Progress;
 use serde_json::{Value, json};
-use std::path::Path;
 
 /// What a command says when it is done.
 pub struct Summary {
-    text: String,
-    json: Value,
+    pub text: String,
+    pub json: Value,
 }
 
 impl Summary {
@@ -31,12 +28,15 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
     match &arguments.command {
         Command::Board { board, page, no_mark, dpi, output } => {
             let options = SheetOptions { page: (*page).into(), mark: !no_mark };
-            sheet(&board.board(), &options)?.write(output, *dpi)?;
+            let [board] = board.boards()[..] else {
+                return Err(FacewrightError::Option { name: "--inner", expected: "one size for a board to print" });
+            };
+            sheet(&board, &options)?.write(output, *dpi)?;
             let text = format!("{}: print at 100 % and check the rulers", output.display());
             Ok(Summary { text, json: json!({ "board": output }) })
         }
-        Command::Calibrate { pictures, board, output, picture } => {
-            run_calibrate(pictures, board, output, picture.as_deref(), progress)
+        Command::Calibrate { .. } | Command::Undistort { .. } => {
+            super::calibrate::execute(&arguments.command, progress)
         }
         Command::Match { a, b, camera, method, window, output } => {
             let options = MatchOptions { method: (*method).into(), window: *window, ..MatchOptions::default() };
@@ -73,45 +73,6 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
             Ok(Summary { text, json: json!({ "drawn": drawn }) })
         }
     }
-}
-
-fn run_calibrate(
-    pictures: &[std::path::PathBuf],
-    board: &BoardArguments,
-    output: &Path,
-    picture: Option<&Path>,
-    progress: &Progress,
-) -> Result<Summary, FacewrightError> {
-    // Another kind of picture is refused before the work, not after it.
-    picture.map(Format::of).transpose()?;
-    if board.squares.is_some() {
-        return Err(FacewrightError::Option { name: "the board", expected: "a checkerboard" });
-    }
-    let options = CalibrateOptions { inner: board.inner, square: board.square_mm / 1000.0 };
-    let calibrated = calibrate(&FrameSet::open(pictures, progress)?, &options, progress)?;
-    if let Some(path) = picture {
-        let only =
-            PicturedCamera { name: "", calibrated: &calibrated, camera_from_rig: Transform::identity(), corners: &[] };
-        let input = PictureInput { cameras: &[only], board: board.board() };
-        calibration_picture::picture(&input).write(path, calibration_picture::DPI)?;
-    }
-    write_json(output, &calibrated)?;
-    let camera = &calibrated.camera.camera;
-    let warnings: String = calibrated.warnings.iter().map(|w| format!("\nwarning: {w}")).collect();
-    let text = format!(
-        "{} of {} boards, fx {:.2} fy {:.2} cx {:.2} cy {:.2} k1 {:.4} k2 {:.4}, reprojection {:.3} px, in {}{warnings}",
-        calibrated.images.iter().filter(|i| i.found).count(),
-        calibrated.images.len(),
-        camera.fx,
-        camera.fy,
-        camera.cx,
-        camera.cy,
-        camera.k1,
-        camera.k2,
-        calibrated.rms_px,
-        output.display()
-    );
-    Ok(Summary { text, json: json!(calibrated) })
 }
 
 fn load_assets(arguments: &Arguments) -> Result<Assets, FacewrightError> {

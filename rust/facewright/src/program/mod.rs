@@ -2,6 +2,7 @@
 //!
 //! JSON on standard output with `--json`, progress on standard error, exit 0 done, 1 a clear error, 2 usage.
 
+mod calibrate;
 mod commands;
 mod watch;
 
@@ -47,19 +48,39 @@ enum Command {
         #[arg(short, long, default_value = "board.svg")]
         output: PathBuf,
     },
-    /// Calibrates a camera from pictures of a board
+    /// Calibrates a camera, or a rig of several, from pictures of a board
     Calibrate {
-        /// Board pictures, folders of them, or a video
-        #[arg(required = true)]
+        /// Board pictures, folders of them, patterns like `left*.jpg`, or a video
+        #[arg(required_unless_present = "rig")]
         pictures: Vec<PathBuf>,
+        /// Cameras that saw the board at the same moments, each with its pictures: left=DIR right=DIR
+        #[arg(long, num_args = 2.., value_name = "NAME=PICTURES", value_parser = named, conflicts_with = "pictures")]
+        rig: Vec<(String, PathBuf)>,
         #[command(flatten)]
         board: BoardArguments,
-        /// Camera file to write
-        #[arg(short, long, default_value = "camera.json")]
-        output: PathBuf,
+        #[command(flatten)]
+        lens: LensArguments,
+        /// Camera file to write (default: camera.json, or rig.json)
+        #[arg(short, long)]
+        output: Option<PathBuf>,
         /// Picture of boards, corners and errors to write: SVG, PDF or PNG
         #[arg(long, value_name = "FILE")]
         picture: Option<PathBuf>,
+    },
+    /// Takes the lens distortion out of pictures
+    Undistort {
+        /// Image files, folders of them, or a video
+        #[arg(required = true)]
+        pictures: Vec<PathBuf>,
+        /// Calibrated camera
+        #[arg(long)]
+        camera: PathBuf,
+        /// Which part of the picture is kept
+        #[arg(long, value_enum, default_value = "same-focal")]
+        keep: KeepArgument,
+        /// Folder to write PNG pictures and their camera.json to
+        #[arg(short, long)]
+        output: PathBuf,
     },
     /// Matches corners of the face between two frames
     Match {
@@ -116,9 +137,9 @@ enum Command {
 
 #[derive(Args)]
 struct BoardArguments {
-    /// Inner corners of a checkerboard, columns x rows
-    #[arg(long, default_value = "9x6", value_parser = inner)]
-    inner: (u32, u32),
+    /// Inner corners of a checkerboard, columns x rows; several for boards of which any may be shown: 9x6,8x5
+    #[arg(long, default_value = "9x6", value_parser = inner, value_delimiter = ',')]
+    inner: Vec<(u32, u32)>,
     /// Black squares apart from each other instead, columns x rows
     #[arg(long, value_parser = squares, conflicts_with = "inner")]
     squares: Option<(u32, u32)>,
@@ -131,13 +152,50 @@ struct BoardArguments {
 }
 
 impl BoardArguments {
-    fn board(&self) -> Board {
+    fn boards(&self) -> Vec<Board> {
         let square = self.square_mm / 1000.0;
         match self.squares {
             Some((columns, rows)) => {
-                Board::squares(columns, rows, square, self.gap_mm.map_or(1.0, |gap| gap / self.square_mm))
+                let gap = self.gap_mm.map_or(1.0, |gap| gap / self.square_mm);
+                vec![Board::squares(columns, rows, square, gap)]
             }
-            None => Board::checkerboard(self.inner.0, self.inner.1, square),
+            None => self.inner.iter().map(|&(columns, rows)| Board::checkerboard(columns, rows, square)).collect(),
+        }
+    }
+}
+
+#[derive(Args)]
+struct LensArguments {
+    /// Radial distortion terms, 0 to 3
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(0..=3))]
+    distortion_terms: u8,
+    /// Solve for tangential distortion too
+    #[arg(long)]
+    tangential: bool,
+    /// One focal length for both directions
+    #[arg(long)]
+    square_pixels: bool,
+    /// Solve for a board that is not flat
+    #[arg(long)]
+    bend: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum KeepArgument {
+    /// The same focal lengths and principal point
+    SameFocal,
+    /// Every pixel of the filmed picture, with empty corners
+    AllPixels,
+    /// The largest rectangle without empty pixels
+    NoEmptyPixels,
+}
+
+impl From<KeepArgument> for geometry::Pinhole {
+    fn from(keep: KeepArgument) -> Self {
+        match keep {
+            KeepArgument::SameFocal => Self::SameFocal,
+            KeepArgument::AllPixels => Self::AllPixels,
+            KeepArgument::NoEmptyPixels => Self::NoEmptyPixels,
         }
     }
 }
@@ -186,6 +244,11 @@ fn counts(text: &str, least: u32) -> Option<(u32, u32)> {
     let (columns, rows) = text.split_once('x')?;
     let parsed = (columns.parse().ok()?, rows.parse().ok()?);
     (parsed.0 >= least && parsed.1 >= least).then_some(parsed)
+}
+
+fn named(text: &str) -> Result<(String, PathBuf), String> {
+    let parts = text.split_once('=').filter(|(name, path)| !name.is_empty() && !path.is_empty());
+    parts.map(|(name, path)| (name.to_owned(), path.into())).ok_or_else(|| "NAME=PICTURES, like left=DIR".to_owned())
 }
 
 /// Runs the program.

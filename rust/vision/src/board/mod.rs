@@ -86,6 +86,12 @@ pub struct BoardCorners {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Asked(Vec<Board>);
 
+impl From<Vec<Board>> for Asked {
+    fn from(boards: Vec<Board>) -> Self {
+        Self(boards)
+    }
+}
+
 impl std::fmt::Display for Asked {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let names: Vec<String> = self.0.iter().map(ToString::to_string).collect();

@@ -10,7 +10,7 @@ pub(super) const LANES: usize = 8;
 pub(super) struct Lanes(pub(super) [f32; LANES]);
 
 impl Lanes {
-    #[inline(always)]
+    #[cfg(test)]
     pub(super) fn all(value: f32) -> Self {
         Self([value; LANES])
     }

@@ -1,0 +1,224 @@
+//! Several cameras that saw one board at the same moments.
+
+use super::detection::{Detection, detect_all};
+use super::{BoardImage, CalibrateOptions, CalibratedCamera, fill, images, view};
+use crate::{CameraSource, FacewrightError, FrameSet, SourcedCamera};
+use geometry::{Progress, Transform};
+use motion::calibrate::rig::{BoardSymmetry, Rig, RigCamera, RigWarning, calibrate_rig as solve};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Why a picture was found and not used.
+const ELSEWHERE: &str = "it shows the board elsewhere than the others, as if taken at another moment";
+
+/// Why there is no picture of a moment.
+const NO_PICTURE: &str = "no picture of this moment";
+
+/// One camera's pictures.
+#[derive(Debug)]
+pub struct RigInput {
+    /// What to call the camera.
+    pub name: String,
+    /// Its pictures. Those of one moment have the same number at the end of their names in all cameras; without numbers, or
+    /// where they do not agree, the k-th pictures belong together.
+    pub pictures: FrameSet,
+}
+
+/// A camera of a rig.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MountedCamera {
+    /// Its name.
+    pub name: String,
+    /// All of `camera.json`.
+    #[serde(flatten)]
+    pub calibrated: CalibratedCamera,
+    /// Where it stands, four rows; the identity for the first one.
+    pub camera_from_rig: Transform,
+    /// Standard deviations of small turns about its axes, radians.
+    pub rotation_deviations: [f64; 3],
+    /// Standard deviations of the translation along its axes, metres.
+    pub translation_deviations: [f64; 3],
+    /// Distance from the first camera, metres.
+    pub baseline: f64,
+    /// Its standard deviation, metres.
+    pub baseline_deviation: f64,
+}
+
+/// `rig.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CalibratedRig {
+    /// The cameras, in the order given.
+    pub cameras: Vec<MountedCamera>,
+    /// Root mean square reprojection error of all corners, pixels.
+    pub rms_px: f64,
+    /// The same with each moment left out of the calibration it is held against.
+    pub hold_out_rms_px: Option<f64>,
+    /// What to photograph next, and what to distrust.
+    pub warnings: Vec<String>,
+}
+
+/// Calibrates several cameras and where they stand to each other, from pictures of one board taken at the same moments.
+pub fn calibrate_rig(
+    cameras: &[RigInput],
+    options: &CalibrateOptions,
+    progress: &Progress,
+) -> Result<CalibratedRig, FacewrightError> {
+    options.check()?;
+    let [board] = options.boards[..] else {
+        return Err(FacewrightError::Option { name: "the board of a rig", expected: "one board of one size" });
+    };
+    let found: Vec<Vec<Detection>> =
+        cameras.iter().map(|c| detect_all(&c.pictures, &[board], progress)).collect::<Result<_, _>>()?;
+    let moments = moments(cameras)?;
+    let at = |camera: usize, moment: &[Option<usize>]| view(&found[camera][moment[camera]?], &[board]);
+    let seen = |camera: usize| RigCamera {
+        width: cameras[camera].pictures.width,
+        height: cameras[camera].pictures.height,
+        views: moments.iter().map(|moment| at(camera, moment)).collect(),
+    };
+    let seen: Vec<RigCamera> = (0..cameras.len()).map(seen).collect();
+    // Every order must be certain for the board's symmetry not to matter.
+    let oriented = found.iter().flatten().flatten().all(|d| d.oriented);
+    let symmetry = if oriented { BoardSymmetry::none() } else { BoardSymmetry::of(&board) };
+    progress.stage("calibrate")?;
+    let solved = solve(&seen, &symmetry, &options.model())?;
+    let warnings = solved.warnings.iter().map(|w| sentence(w, cameras, &moments)).collect();
+    let mounted = (0..cameras.len()).map(|k| {
+        let images = filled(&cameras[k].pictures, &found[k], &solved, &seen[k], &moments, k);
+        mounted(&cameras[k].name, &solved, k, images, options)
+    });
+    Ok(CalibratedRig {
+        cameras: mounted.collect(),
+        rms_px: solved.rms_px,
+        hold_out_rms_px: solved.hold_out_rms_px,
+        warnings,
+    })
+}
+
+/// A warning, with cameras and pictures by their names.
+fn sentence(warning: &RigWarning, cameras: &[RigInput], moments: &[Vec<Option<usize>>]) -> String {
+    let camera = |k: usize| cameras[k].name.as_str();
+    let picture =
+        |k: usize, moment: usize| moments[moment][k].map_or("", |i| cameras[k].pictures.frames[i].name.as_str());
+    match warning {
+        RigWarning::Camera { camera: k, warning } => {
+            format!("camera {}: {}", camera(*k), super::sentence(warning, |moment| picture(*k, moment)))
+        }
+        RigWarning::LeftOut { camera: k, moment } => {
+            format!("picture {} of camera {} was left out: {ELSEWHERE}", picture(*k, *moment), camera(*k),)
+        }
+        RigWarning::FewMoments { camera: a, other: b, .. } | RigWarning::AmbiguousTurn { camera: a, other: b } => {
+            warning.to_string().replacen(
+                &format!("cameras {} and {}", a + 1, b + 1),
+                &format!("cameras {} and {}", camera(*a), camera(*b)),
+                1,
+            )
+        }
+        RigWarning::Rig(warning) => warning.to_string(),
+    }
+}
+
+/// The pictures of one camera, one for each moment: the k-th pictures of all cameras belong together.
+fn filled(
+    pictures: &FrameSet,
+    found: &[Detection],
+    solved: &Rig,
+    seen: &RigCamera,
+    moments: &[Vec<Option<usize>>],
+    camera: usize,
+) -> Vec<BoardImage> {
+    let all = images(pictures, found);
+    let mounted = &solved.cameras[camera];
+    let each = moments.iter().zip(&seen.views).zip(&mounted.views);
+    each.map(|((moment, view), fit)| {
+        let Some(i) = moment[camera] else {
+            return BoardImage { reason: Some(NO_PICTURE.to_owned()), ..BoardImage::default() };
+        };
+        let mut image = all[i].clone();
+        match (view, fit) {
+            (Some(view), Some(fit)) => fill(&mut image, &mounted.camera, &found[i], view, fit),
+            (Some(_), None) => image.reason = Some(ELSEWHERE.to_owned()),
+            _ => {}
+        }
+        image
+    })
+    .collect()
+}
+
+fn mounted(name: &str, solved: &Rig, k: usize, images: Vec<BoardImage>, options: &CalibrateOptions) -> MountedCamera {
+    let camera = &solved.cameras[k];
+    let calibrated = CalibratedCamera {
+        camera: SourcedCamera { camera: camera.camera, source: CameraSource::Board },
+        rms_px: camera.rms_px,
+        hold_out_rms_px: None,
+        deviations: camera.deviations,
+        bend: solved.bend,
+        boards: options.boards.clone(),
+        images,
+        warnings: Vec::new(),
+    };
+    MountedCamera {
+        name: name.to_owned(),
+        calibrated,
+        camera_from_rig: camera.camera_from_rig,
+        rotation_deviations: camera.rotation_deviations,
+        translation_deviations: camera.translation_deviations,
+        baseline: camera.baseline,
+        baseline_deviation: camera.baseline_deviation,
+    }
+}
+
+/// Each camera's picture of each moment: by the numbers at the end of their names where these tell, else by order.
+fn moments(cameras: &[RigInput]) -> Result<Vec<Vec<Option<usize>>>, FacewrightError> {
+    if let Some(numbered) = by_number(cameras) {
+        return Ok(numbered);
+    }
+    let counts: Vec<usize> = cameras.iter().map(|c| c.pictures.len()).collect();
+    if counts.iter().any(|&c| c != counts[0]) {
+        let counts = cameras.iter().map(|c| format!("{} of {}", c.pictures.len(), c.name)).collect::<Vec<_>>();
+        return Err(FacewrightError::RigPictures { counts: counts.join(", ") });
+    }
+    Ok((0..counts[0]).map(|k| vec![Some(k); cameras.len()]).collect())
+}
+
+/// `None` where a name has no number or one twice, or where too few moments have more than one camera.
+fn by_number(cameras: &[RigInput]) -> Option<Vec<Vec<Option<usize>>>> {
+    let mut all: BTreeMap<u64, Vec<Option<usize>>> = BTreeMap::new();
+    for (k, camera) in cameras.iter().enumerate() {
+        for (i, frame) in camera.pictures.frames.iter().enumerate() {
+            let digits = frame.name.len() - frame.name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+            let number = frame.name[frame.name.len() - digits..].parse().ok()?;
+            let moment = all.entry(number).or_insert_with(|| vec![None; cameras.len()]);
+            if moment[k].replace(i).is_some() {
+                return None;
+            }
+        }
+    }
+    let shared = all.values().filter(|moment| moment.iter().flatten().count() > 1).count();
+    (2 * shared >= all.len()).then(|| all.into_values().collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Frame;
+
+    fn camera(names: &[&str]) -> RigInput {
+        let frames = names.iter().map(|n| Frame { name: (*n).to_owned(), path: n.into() }).collect();
+        RigInput { name: names[0].to_owned(), pictures: FrameSet::of(frames, 640, 480) }
+    }
+
+    #[test]
+    fn pictures_belong_together_by_their_numbers() {
+        let found = moments(&[camera(&["left01", "left02", "left04"]), camera(&["R_002", "R_001", "R_003"])]).unwrap();
+        assert_eq!(found, [[Some(0), Some(1)], [Some(1), Some(0)], [None, Some(2)], [Some(2), None]]);
+    }
+
+    #[test]
+    fn without_numbers_they_belong_together_by_order() {
+        let found = moments(&[camera(&["a", "b"]), camera(&["c", "d"])]).unwrap();
+        assert_eq!(found, [[Some(0), Some(0)], [Some(1), Some(1)]]);
+        let error = moments(&[camera(&["a", "b"]), camera(&["c"])]).unwrap_err();
+        assert!(error.to_string().contains("2 of a, 1 of c"), "{error}");
+    }
+}

@@ -1,0 +1,80 @@
+//! Pictures without lens distortion.
+
+use crate::camera::starting_camera;
+use crate::{FacewrightError, FrameSet, SourcedCamera, write_json};
+use geometry::{Pinhole, PixelMap, Progress};
+use image::{Rgb, RgbImage};
+use rayon::prelude::*;
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Writes each picture as PNG under its name, as a pinhole camera would have taken it, and that camera as `camera.json`; the
+/// camera is returned. Where the lens shows nothing, pixels are black.
+pub fn undistort(
+    pictures: &FrameSet,
+    camera: &SourcedCamera,
+    keep: Pinhole,
+    folder: &Path,
+    progress: &Progress,
+) -> Result<SourcedCamera, FacewrightError> {
+    let lens = starting_camera(pictures, Some(camera))?.camera;
+    let pinhole = lens.pinhole(keep);
+    let map = lens.undistortion_map(&pinhole);
+    let write_error = |path: &Path, reason: String| FacewrightError::Write { path: path.to_owned(), reason };
+    std::fs::create_dir_all(folder).map_err(|e| write_error(folder, e.to_string()))?;
+    progress.stage("undistort")?;
+    let done = AtomicUsize::new(0);
+    (0..pictures.len()).into_par_iter().try_for_each(|i| {
+        progress.step(done.fetch_add(1, Ordering::Relaxed), pictures.len())?;
+        let picture = resampled(&pictures.load(i)?, &map);
+        let path = folder.join(&pictures.frames[i].name).with_extension("png");
+        picture.save(&path).map_err(|e| write_error(&path, e.to_string()))
+    })?;
+    let pinhole = SourcedCamera { camera: pinhole, source: camera.source };
+    write_json(&folder.join("camera.json"), &pinhole)?;
+    Ok(pinhole)
+}
+
+/// Bilinear values at the map's places.
+fn resampled(picture: &RgbImage, map: &PixelMap) -> RgbImage {
+    let (width, height) = picture.dimensions();
+    RgbImage::from_fn(map.width, map.height, |x, y| {
+        let [u, v] = map.source[(y * map.width + x) as usize];
+        let inside = u >= 0.0 && v >= 0.0 && u <= width as f32 - 1.0 && v <= height as f32 - 1.0;
+        if inside { bilinear(picture, u, v) } else { Rgb([0; 3]) }
+    })
+}
+
+fn bilinear(picture: &RgbImage, u: f32, v: f32) -> Rgb<u8> {
+    let (x, y) = (u as u32, v as u32);
+    let (right, below) = ((x + 1).min(picture.width() - 1), (y + 1).min(picture.height() - 1));
+    let (a, b) = (u - x as f32, v - y as f32);
+    let [p, q, r, s] = [(x, y), (right, y), (x, below), (right, below)].map(|(x, y)| picture.get_pixel(x, y).0);
+    Rgb(std::array::from_fn(|c| {
+        let line = |left: u8, right: u8| (1.0 - a) * f32::from(left) + a * f32::from(right);
+        ((1.0 - b) * line(p[c], q[c]) + b * line(r[c], s[c])).round() as u8
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geometry::{Camera, Vec3};
+
+    #[test]
+    fn straight_lines_become_straight() {
+        let lens = Camera { k1: -0.3, k2: 0.1, ..Camera::centred(320, 240, 250.0) };
+        // A vertical edge in space, at x = 0.4 of depth 1.
+        let picture = RgbImage::from_fn(320, 240, |x, y| {
+            let ray = lens.ray(&geometry::Vec2::new(f64::from(x), f64::from(y)));
+            Rgb([if ray.x / ray.z < 0.4 { 30 } else { 220 }; 3])
+        });
+        let pinhole = lens.pinhole(Pinhole::SameFocal);
+        let straight = resampled(&picture, &lens.undistortion_map(&pinhole));
+        let expected = pinhole.project(&Vec3::new(0.4, 0.0, 1.0)).map_or(0.0, |p| p.x);
+        for y in [10, 60, 120, 200, 230] {
+            let edge = (0..320).find(|&x| straight.get_pixel(x, y)[0] > 125).map_or(0.0, f64::from);
+            assert!((edge - expected).abs() < 1.6, "row {y}: {edge} {expected}");
+        }
+    }
+}
