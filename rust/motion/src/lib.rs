@@ -1,7 +1,7 @@
 //! Observations in, cameras and points out: no pixels, no files.
 //!
 //! # Entry points
-//! - [`calibrate`]: the camera from views of a board.
+//! - [`calibrate`]: the camera from views of a board, or several cameras and how they stand.
 //! - [`two_view`]: the motion between two frames, robustly or as in the paper.
 //! - [`triangulate`]: a point from its rays.
 //! - [`resect`]: the pose of a frame from points whose place is known.

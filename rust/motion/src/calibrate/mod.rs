@@ -71,13 +71,15 @@ pub struct CalibrateOptions {
     pub tangential: bool,
     /// Whether to solve for a bend of the board, which must then be the same board in all pictures.
     pub bend: bool,
-    /// On distances in standard deviations of a corner, which are estimated. The paper's chain is [`Loss::Squared`].
+    /// On distances in standard deviations of a corner, which are estimated. The paper's chain is [`Loss::Squared`]. The
+    /// default costs 2 % of the efficiency if corners err normally, and on photographs of three cameras predicts boards that
+    /// were left out better than weaker or no robustness.
     pub loss: Loss,
 }
 
 impl Default for CalibrateOptions {
     fn default() -> Self {
-        Self { square_pixels: false, distortion_terms: 2, tangential: false, bend: false, loss: Loss::Huber(2.5) }
+        Self { square_pixels: false, distortion_terms: 2, tangential: false, bend: false, loss: Loss::Huber(2.0) }
     }
 }
 

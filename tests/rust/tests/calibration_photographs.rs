@@ -1,0 +1,63 @@
+//! Cameras from photographs of a real board, against those that BoofCV gives for them. Skipped where the photographs are
+//! missing.
+
+#![expect(clippy::unwrap_used, clippy::print_stderr, reason = "the helpers of tests are tests too")]
+
+use geometry::{Board, Camera};
+use motion::calibrate::rig::{BoardSymmetry, RigCamera, calibrate_rig};
+use motion::calibrate::{BoardView, CalibrateOptions, calibrate};
+use std::path::{Path, PathBuf};
+use vision::board::{BoardOptions, BoardSize, detect};
+
+const WIDTH: u32 = 640;
+const HEIGHT: u32 = 480;
+
+fn photographs(set: &str) -> Option<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../..");
+    let folder = root.join("shared/data/calibration").join(set);
+    if !folder.is_dir() {
+        eprintln!("skipped: {} is missing", folder.display());
+        return None;
+    }
+    Some(folder)
+}
+
+/// The board of both sets: 4 × 6 inner corners, 30 mm apart.
+fn seen(folder: &Path, name: &str) -> Option<BoardView> {
+    let picture = image::open(folder.join(name)).unwrap().to_luma8();
+    let found = detect(&picture, BoardSize { columns: 4, rows: 6 }, &BoardOptions::default()).ok()?;
+    let board = Board::checkerboard(found.size.columns, found.size.rows, 0.03);
+    Some(BoardView::whole(&board, found.corners))
+}
+
+fn assert_focal(camera: &Camera, (fx, fy): (f64, f64), percent: f64) {
+    let error = (camera.fx / fx - 1.0).abs().max((camera.fy / fy - 1.0).abs());
+    assert!(100.0 * error < percent, "{camera:?}");
+}
+
+#[test]
+fn the_webcam_is_that_of_another_implementation() {
+    let Some(folder) = photographs("sony-mono-chess") else { return };
+    let views: Vec<BoardView> = (1..=13).filter_map(|k| seen(&folder, &format!("frame{k:02}.jpg"))).collect();
+    assert_eq!(views.len(), 13);
+    let found = calibrate(&views, WIDTH, HEIGHT, &CalibrateOptions::default()).unwrap();
+    assert!(found.rms_px <= 0.154, "{}", found.rms_px);
+    assert_focal(&found.camera, (701.0117, 698.6538), 0.1);
+}
+
+#[test]
+fn the_stereo_cameras_stand_where_another_implementation_puts_them() {
+    let Some(folder) = photographs("bumblebee2-stereo-chess") else { return };
+    let camera = |side: &str| RigCamera {
+        width: WIDTH,
+        height: HEIGHT,
+        views: (1..=11).map(|k| seen(&folder, &format!("{side}{k:02}.jpg"))).collect(),
+    };
+    let symmetry = BoardSymmetry::of(&Board::checkerboard(4, 6, 0.03));
+    let found = calibrate_rig(&[camera("left"), camera("right")], &symmetry, &CalibrateOptions::default()).unwrap();
+    assert_focal(&found.cameras[0].camera, (524.6142, 526.9202), 0.5);
+    assert_focal(&found.cameras[1].camera, (526.4373, 528.6525), 0.5);
+    let baseline = found.cameras[1].baseline;
+    assert!((baseline / 0.120_05 - 1.0).abs() < 0.005, "{baseline}");
+    assert!(found.rms_px < 0.1, "{}", found.rms_px);
+}
