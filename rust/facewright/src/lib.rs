@@ -42,8 +42,8 @@ mod unseen;
 
 pub use assets::Assets;
 pub use calibration::{
-    BoardImage, CalibrateOptions, CalibratedCamera, CalibratedRig, MountedCamera, RigInput, SeenCorner, calibrate,
-    calibrate_rig,
+    Bend, BoardImage, CalibrateOptions, CalibratedCamera, CalibratedRig, MountedCamera, RigInput, SeenCorner,
+    calibrate, calibrate_rig,
 };
 pub use error::FacewrightError;
 pub use frames::{Frame, FrameSet};

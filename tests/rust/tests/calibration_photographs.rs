@@ -7,7 +7,7 @@ use geometry::{Board, Camera};
 use motion::calibrate::rig::{BoardSymmetry, RigCamera, calibrate_rig};
 use motion::calibrate::{BoardView, CalibrateOptions, calibrate};
 use std::path::{Path, PathBuf};
-use vision::board::{BoardOptions, BoardSize, detect};
+use vision::board::{BoardOptions, detect};
 
 const WIDTH: u32 = 640;
 const HEIGHT: u32 = 480;
@@ -25,9 +25,10 @@ fn photographs(set: &str) -> Option<PathBuf> {
 /// The board of both sets: 4 × 6 inner corners, 30 mm apart.
 fn seen(folder: &Path, name: &str) -> Option<BoardView> {
     let picture = image::open(folder.join(name)).unwrap().to_luma8();
-    let found = detect(&picture, BoardSize { columns: 4, rows: 6 }, &BoardOptions::default()).ok()?;
-    let board = Board::checkerboard(found.size.columns, found.size.rows, 0.03);
-    Some(BoardView::whole(&board, found.corners))
+    let board = Board::checkerboard(4, 6, 0.03);
+    let found = detect(&picture, &[board], &BoardOptions::default()).ok()?;
+    assert_eq!(found.corners.len(), 24, "{name}");
+    Some(BoardView::whole(&board, found.corners.iter().map(|c| c.position).collect()))
 }
 
 fn assert_focal(camera: &Camera, (fx, fy): (f64, f64), percent: f64) {

@@ -15,9 +15,21 @@ pub use rig::{CalibratedRig, MountedCamera, RigInput, calibrate_rig};
 
 use crate::{CameraSource, FacewrightError, FrameSet, SourcedCamera};
 use detection::Detection;
-use geometry::{Board, Camera, Progress, Transform, Vec2};
-use motion::calibrate::{BoardBend, BoardView, CalibrateWarning, CameraDeviations, ViewFit};
+use geometry::{Board, Progress, Transform};
+use motion::calibrate::{BoardBend, BoardView, CalibrateWarning, Calibration, CameraDeviations, ViewFit};
 use serde::{Deserialize, Serialize};
+
+/// Whether to solve for a bend of the board.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Bend {
+    /// The board is flat; a clear bend is warned of.
+    Never,
+    /// The board is flat, unless a camera that allows for a bend predicts each picture better that was left out.
+    #[default]
+    Judged,
+    /// The board may be bent.
+    Always,
+}
 
 /// The board that was filmed, and the model of the lens.
 #[derive(Clone, Debug)]
@@ -30,15 +42,15 @@ pub struct CalibrateOptions {
     pub distortion_terms: usize,
     /// Whether to solve for the tangential terms `p1, p2`.
     pub tangential: bool,
-    /// Whether to solve for a bend of the board.
-    pub bend: bool,
+    /// Whether to solve for a bend of the board. A rig's is solved for only where that is asked for always.
+    pub bend: Bend,
 }
 
 impl Default for CalibrateOptions {
     /// The paper's board and lens.
     fn default() -> Self {
         let boards = vec![Board::checkerboard(9, 6, 0.0255)];
-        Self { boards, square_pixels: false, distortion_terms: 2, tangential: false, bend: false }
+        Self { boards, square_pixels: false, distortion_terms: 2, tangential: false, bend: Bend::default() }
     }
 }
 
@@ -55,7 +67,8 @@ impl CalibrateOptions {
     }
 
     fn model(&self) -> motion::calibrate::CalibrateOptions {
-        let Self { square_pixels, distortion_terms, tangential, bend, .. } = *self;
+        let Self { square_pixels, distortion_terms, tangential, .. } = *self;
+        let bend = self.bend == Bend::Always;
         motion::calibrate::CalibrateOptions { square_pixels, distortion_terms, tangential, bend, ..Default::default() }
     }
 }
@@ -128,10 +141,12 @@ pub fn calibrate(
         return Err(FacewrightError::TooFewBoards { found: views.len(), pictures: pictures.len(), hint });
     }
     progress.stage("calibrate")?;
-    let solved = motion::calibrate::calibrate(&views, pictures.width, pictures.height, &options.model())?;
+    let shown = |i: &usize| detections[*i].as_ref().ok().map(|found| found.board);
+    let one_board = used.windows(2).all(|pair| shown(&pair[0]) == shown(&pair[1]));
+    let (solved, allowed_for) = solve(&views, pictures, options, one_board)?;
     let mut images = images(pictures, &detections);
-    for ((&i, view), fit) in used.iter().zip(&views).zip(&solved.views) {
-        fill(&mut images[i], &solved.camera, &detections[i], view, fit);
+    for (&i, fit) in used.iter().zip(&solved.views) {
+        fill(&mut images[i], &detections[i], fit);
     }
     let name = |k: usize| pictures.frames[used[k]].name.as_str();
     Ok(CalibratedCamera {
@@ -142,8 +157,35 @@ pub fn calibrate(
         bend: solved.bend,
         boards: options.boards.clone(),
         images,
-        warnings: solved.warnings.iter().map(|w| sentence(w, name)).collect(),
+        warnings: solved.warnings.iter().map(|w| sentence(w, name)).chain(allowed_for).collect(),
     })
+}
+
+/// The camera, and a warning where it allows for a bent board without having been told to.
+fn solve(
+    views: &[BoardView],
+    pictures: &FrameSet,
+    options: &CalibrateOptions,
+    one_board: bool,
+) -> Result<(Calibration, Option<String>), FacewrightError> {
+    let (width, height, model) = (pictures.width, pictures.height, options.model());
+    let flat = motion::calibrate::calibrate(views, width, height, &model)?;
+    let Some(bend) = flat.bend.filter(|b| b.is_significant() && one_board && options.bend == Bend::Judged) else {
+        return Ok((flat, None));
+    };
+    let free = motion::calibrate::CalibrateOptions { bend: true, ..model };
+    let bent = motion::calibrate::calibrate(views, width, height, &free);
+    let better = |bent: &Calibration| {
+        let pairs = bent.views.iter().zip(&flat.views);
+        pairs.map(|(b, f)| Some(b.hold_out_rms_px? < f.hold_out_rms_px?)).all(|better| better == Some(true))
+    };
+    let Some(bent) = bent.ok().filter(better) else { return Ok((flat, None)) };
+    let warning = format!(
+        "the board is not flat, it bulges by {:.2} ± {:.2} mm: this was allowed for, but a print glued onto glass or a stiff \
+         board gives a better camera",
+        bend.bulge_mm, bend.deviation_mm
+    );
+    Ok((bent, Some(warning)))
 }
 
 /// A warning, with the picture's name where it is about one.
@@ -179,17 +221,13 @@ fn images(pictures: &FrameSet, detections: &[Detection]) -> Vec<BoardImage> {
 }
 
 /// What the solver says of a picture it used.
-fn fill(image: &mut BoardImage, camera: &Camera, detection: &Detection, view: &BoardView, fit: &ViewFit) {
+fn fill(image: &mut BoardImage, detection: &Detection, fit: &ViewFit) {
     image.used = true;
     image.reason = None;
     image.rms_px = Some(fit.rms_px);
     image.worst_px = Some(fit.worst_px);
     image.hold_out_rms_px = fit.hold_out_rms_px;
     image.cam_from_board = Some(fit.cam_from_board);
-    let seen = detection.iter().flat_map(|found| &found.corners).zip(&view.points);
-    let corner = |(corner, point): (&vision::board::BoardCorner, &Vec2)| {
-        let projected = camera.project(&fit.cam_from_board.apply(&point.push(0.0)))?;
-        Some(SeenCorner(corner.index, corner.position.into(), (corner.position - projected).into()))
-    };
-    image.corners = seen.filter_map(corner).collect();
+    let seen = detection.iter().flat_map(|found| &found.corners).zip(&fit.residuals);
+    image.corners = seen.map(|(c, residual)| SeenCorner(c.index, c.position.into(), *residual)).collect();
 }

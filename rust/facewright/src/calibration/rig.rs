@@ -136,7 +136,7 @@ fn filled(
         };
         let mut image = all[i].clone();
         match (view, fit) {
-            (Some(view), Some(fit)) => fill(&mut image, &mounted.camera, &found[i], view, fit),
+            (Some(_), Some(fit)) => fill(&mut image, &found[i], fit),
             (Some(_), None) => image.reason = Some(ELSEWHERE.to_owned()),
             _ => {}
         }

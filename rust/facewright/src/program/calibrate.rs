@@ -44,7 +44,7 @@ fn options(board: &BoardArguments, lens: &LensArguments) -> CalibrateOptions {
         square_pixels: lens.square_pixels,
         distortion_terms: usize::from(lens.distortion_terms),
         tangential: lens.tangential,
-        bend: lens.bend,
+        bend: lens.bend.into(),
     }
 }
 

@@ -7,7 +7,7 @@ mod commands;
 mod watch;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use facewright::{Method, board::Page};
+use facewright::{Bend, Method, board::Page};
 use geometry::Board;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -175,9 +175,29 @@ struct LensArguments {
     /// One focal length for both directions
     #[arg(long)]
     square_pixels: bool,
-    /// Solve for a board that is not flat
-    #[arg(long)]
-    bend: bool,
+    /// When to solve for a board that is not flat
+    #[arg(long, value_enum, default_value = "judged")]
+    bend: BendArgument,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum BendArgument {
+    /// The board is taken to be flat
+    Never,
+    /// Where that predicts each picture better that was left out
+    Judged,
+    /// In any case
+    Always,
+}
+
+impl From<BendArgument> for Bend {
+    fn from(bend: BendArgument) -> Self {
+        match bend {
+            BendArgument::Never => Self::Never,
+            BendArgument::Judged => Self::Judged,
+            BendArgument::Always => Self::Always,
+        }
+    }
 }
 
 #[derive(Clone, Copy, ValueEnum)]

@@ -166,7 +166,7 @@ impl CameraDeviations {
 }
 
 /// What the calibration says about one picture.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ViewFit {
     /// The board before the camera, metres.
     pub cam_from_board: Transform,
@@ -176,6 +176,8 @@ pub struct ViewFit {
     pub worst_px: f64,
     /// The same as `rms_px` for the camera that the other pictures give; `None` where they give none.
     pub hold_out_rms_px: Option<f64>,
+    /// Each corner less where the camera puts it, pixels.
+    pub residuals: Vec<[f64; 2]>,
 }
 
 /// How far a board is from flat: its corners' heights are `a x² + b x y + c y²` about its middle, along its z axis.
@@ -192,9 +194,14 @@ pub struct BoardBend {
 }
 
 impl BoardBend {
+    /// Whether it is no chance.
+    pub fn is_significant(&self) -> bool {
+        self.bulge_mm > CLEAR_BULGE * self.deviation_mm
+    }
+
     /// Whether it is no chance and matters.
     fn is_clear(&self) -> bool {
-        self.bulge_mm > CLEAR_BULGE * self.deviation_mm && self.explained > CLEAR_SHARE
+        self.is_significant() && self.explained > CLEAR_SHARE
     }
 }
 
@@ -278,18 +285,19 @@ fn report(problem: &Problem, state: &State) -> Result<Calibration, CalibrateErro
 
 /// `None` where a corner has no pixel.
 fn view_fit(problem: &Problem, sight: &Sight, state: &State, uncertainty: &Uncertainty) -> Option<ViewFit> {
-    let distances = problem.distances(sight, state)?;
+    let residuals = problem.residuals(sight, state)?;
     let without = uncertainty.without(problem, state, sight.moment);
     Some(ViewFit {
         cam_from_board: state.pose(sight),
-        rms_px: rms(&distances),
-        worst_px: distances.iter().copied().fold(0.0, f64::max),
-        hold_out_rms_px: without.and_then(|other| problem.distances(sight, &other)).as_deref().map(rms),
+        rms_px: rms(&residuals),
+        worst_px: residuals.iter().map(|r| r.norm()).fold(0.0, f64::max),
+        hold_out_rms_px: without.and_then(|other| problem.residuals(sight, &other)).as_deref().map(rms),
+        residuals: residuals.into_iter().map(Into::into).collect(),
     })
 }
 
-fn rms(distances: &[f64]) -> f64 {
-    (distances.iter().map(|d| d * d).sum::<f64>() / distances.len() as f64).sqrt()
+fn rms(residuals: &[Vec2]) -> f64 {
+    (residuals.iter().map(|r| r.norm_squared()).sum::<f64>() / residuals.len() as f64).sqrt()
 }
 
 /// The root mean square over all corners of pictures with these; `None` if one is missing.

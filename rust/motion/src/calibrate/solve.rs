@@ -149,13 +149,13 @@ impl Problem<'_> {
         self.sights.iter().map(of).collect()
     }
 
-    /// Distances between corners and where a state puts them, pixels; `None` where it puts one nowhere.
-    pub(super) fn distances(&self, sight: &Sight, state: &State) -> Option<Vec<f64>> {
+    /// Corners less where a state puts them, pixels; `None` where it puts one nowhere.
+    pub(super) fn residuals(&self, sight: &Sight, state: &State) -> Option<Vec<Vec2>> {
         let (camera, pose) = (&state.cameras[sight.camera], state.pose(sight));
         let each = sight.view.points.iter().zip(&sight.view.pixels);
         each.map(|(point, pixel)| {
             let place = camera.project(&pose.apply(&point.push(state.shape.height(point))))?;
-            Some((place - pixel).norm())
+            Some(pixel - place)
         })
         .collect()
     }
@@ -168,7 +168,7 @@ impl Problem<'_> {
         let fitted = data as f64 / data.saturating_sub(unknowns).max(1) as f64;
         let of_camera = |camera: usize| {
             let own = self.sights.iter().filter(|s| s.camera == camera);
-            let mut all: Vec<f64> = own.filter_map(|s| self.distances(s, state)).flatten().collect();
+            let mut all: Vec<f64> = own.filter_map(|s| self.residuals(s, state)).flatten().map(|r| r.norm()).collect();
             let middle = all.len() / 2;
             let median = if all.is_empty() { 0.0 } else { *all.select_nth_unstable_by(middle, f64::total_cmp).1 };
             (median / RAYLEIGH_MEDIAN * fitted.sqrt()).max(MIN_SIGMA)

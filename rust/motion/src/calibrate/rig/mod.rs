@@ -219,7 +219,7 @@ impl<'a> Report<'a> {
         let [a, b, c, x, y, z] = six;
         let mut views = vec![None; moments];
         for (sight, fit) in self.of_camera(camera) {
-            views[self.start.moments[sight.moment]] = Some(*fit);
+            views[self.start.moments[sight.moment]] = Some(fit.clone());
         }
         let pictures: Vec<&BoardView> = self.of_camera(camera).map(|(sight, _)| sight.view).collect();
         let errors = self.of_camera(camera).map(|(_, fit)| Some(fit.rms_px));
@@ -240,7 +240,8 @@ impl<'a> Report<'a> {
     fn warnings(&self, cameras: &[MountedCamera]) -> Vec<RigWarning> {
         let mut all = self.start.warnings.clone();
         for (camera, mounted) in cameras.iter().enumerate() {
-            let (sights, views): (Vec<&Sight>, Vec<ViewFit>) = self.of_camera(camera).map(|(s, f)| (s, *f)).unzip();
+            let (sights, views): (Vec<&Sight>, Vec<ViewFit>) =
+                self.of_camera(camera).map(|(s, f)| (s, f.clone())).unzip();
             let pictures: Vec<&BoardView> = sights.iter().map(|s| s.view).collect();
             let focal_deviation = mounted.deviations.focal(&mounted.camera);
             let evidence = Evidence { camera: &mounted.camera, pictures: &pictures, views: &views, focal_deviation };
