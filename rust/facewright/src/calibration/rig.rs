@@ -150,7 +150,7 @@ fn mounted(name: &str, solved: &Rig, k: usize, images: Vec<BoardImage>, options:
     let calibrated = CalibratedCamera {
         camera: SourcedCamera { camera: camera.camera, source: CameraSource::Board },
         rms_px: camera.rms_px,
-        hold_out_rms_px: None,
+        hold_out_rms_px: hold_out(&images),
         deviations: camera.deviations,
         bend: solved.bend,
         boards: options.boards.clone(),
@@ -166,6 +166,18 @@ fn mounted(name: &str, solved: &Rig, k: usize, images: Vec<BoardImage>, options:
         baseline: camera.baseline,
         baseline_deviation: camera.baseline_deviation,
     }
+}
+
+/// Root mean square of all corners of pictures with these; `None` if one is missing.
+fn hold_out(images: &[BoardImage]) -> Option<f64> {
+    let used = images.iter().filter(|image| image.used);
+    let (mut squares, mut corners) = (0.0, 0.0);
+    for image in used {
+        let count = image.corners.len() as f64;
+        squares += image.hold_out_rms_px?.powi(2) * count;
+        corners += count;
+    }
+    (corners > 0.0).then(|| (squares / corners).sqrt())
 }
 
 /// Each camera's picture of each moment: by the numbers at the end of their names where these tell, else by order.

@@ -131,13 +131,47 @@ pub(super) fn arrange(lattice: &Lattice, level: &Level, boards: &[Board]) -> Res
     if seen.columns().min(seen.rows()) < MIN_SPAN || seen.filled(lattice) < MIN_FILLED {
         return Err(Mismatch::Nothing);
     }
-    let ends = seen.sides(1).map(|side| lattice.is_inside(side.cells(), level));
+    let ends = [0, 1, 2, 3].map(|side| Side::of(lattice, level, seen, side));
     let fits = |(k, board): (usize, &Board)| sizes(board).map(move |size| part_of_board(k, size, seen, ends));
     let candidates: Vec<Candidate> = boards.iter().enumerate().flat_map(fits).flatten().collect();
     let complete = seen.filled(lattice) == 1.0;
     let possible: Vec<Reading> =
         candidates.iter().flat_map(|c| readings(lattice, level, c, &boards[c.board])).collect();
     choose(possible, complete).ok_or_else(|| mismatch(lattice, seen, ends, boards))
+}
+
+/// How a lattice ends at one of its sides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Side {
+    /// With the board's last corners: its border is seen beyond them.
+    Ends,
+    /// At the picture's border.
+    Cut,
+    /// Somehow: something may be before the board.
+    Unclear,
+}
+
+impl Side {
+    /// Of the side with this number in [`Extent::sides`].
+    fn of(lattice: &Lattice, level: &Level, seen: Extent, side: usize) -> Self {
+        let (last, beyond) = (seen.sides(0)[side], seen.sides(1)[side]);
+        if !lattice.is_inside(beyond.cells(), level) {
+            return Self::Cut;
+        }
+        if lattice.is_paired() {
+            return Self::Ends;
+        }
+        // One step beyond the last corners lies the border of the outer squares. Of the four quarters around a point there two
+        // are alike, those outside: the difference of diagonal quarters is half of that at a corner.
+        let crossing =
+            |cell: Cell| Some(lattice.crossing(cell, level)? * if lattice.is_black_before(cell) { -1.0 } else { 1.0 });
+        let mut whole: Vec<f64> = last.cells().filter_map(crossing).collect();
+        whole.sort_by(f64::total_cmp);
+        let Some(&contrast) = whole.get(whole.len() / 2) else { return Self::Unclear };
+        let parts: Vec<f64> = beyond.cells().filter_map(crossing).map(|c| c / contrast).collect();
+        let halves = parts.iter().filter(|part| (0.25..0.75).contains(*part)).count();
+        if 3 * halves > 2 * parts.len() { Self::Ends } else { Self::Unclear }
+    }
 }
 
 /// Columns and rows of a board's corners in the two ways it can lie in a lattice; once where they are the same.
@@ -165,12 +199,12 @@ fn whole_board(lattice: &Lattice, all: Extent, index: usize, board: &Board) -> O
 
 /// The cells of a board of which a part is seen and the rest is cut off by the picture's border. `None` where the part is
 /// too large, or where the sides that end in the picture do not tell which part it is.
-fn part_of_board(board: usize, (columns, rows): (i32, i32), seen: Extent, ends: [bool; 4]) -> Option<Candidate> {
-    let along = |first: i32, last: i32, size: i32, ends: [bool; 2]| match (last - first + 1 - size, ends) {
+fn part_of_board(board: usize, (columns, rows): (i32, i32), seen: Extent, ends: [Side; 4]) -> Option<Candidate> {
+    let along = |first: i32, last: i32, size: i32, ends: [Side; 2]| match (last - first + 1 - size, ends) {
         (0, _) => Some((first, last)),
         (1.., _) => None,
-        (_, [true, false]) => Some((first, first + size - 1)),
-        (_, [false, true]) => Some((last - size + 1, last)),
+        (_, [Side::Ends, Side::Cut]) => Some((first, first + size - 1)),
+        (_, [Side::Cut, Side::Ends]) => Some((last - size + 1, last)),
         _ => None,
     };
     let (i0, i1) = along(seen.first.0, seen.last.0, columns, [ends[0], ends[1]])?;
@@ -266,13 +300,13 @@ fn choose(readings: Vec<Reading>, complete: bool) -> Option<Placement> {
 }
 
 /// What to say of a lattice that is no board asked for.
-fn mismatch(lattice: &Lattice, seen: Extent, ends: [bool; 4], boards: &[Board]) -> Mismatch {
+fn mismatch(lattice: &Lattice, seen: Extent, ends: [Side; 4], boards: &[Board]) -> Mismatch {
     let corners = seen.count(lattice);
     let (columns, rows) = (seen.columns(), seen.rows());
     let smaller = |(c, r): (i32, i32)| columns <= c && rows <= r;
     let could_be = boards.iter().flat_map(sizes).any(smaller);
     let same = boards.iter().flat_map(sizes).any(|size| size == (columns, rows));
-    let cut = !ends.iter().all(|&e| e) || seen.sides(1).into_iter().any(|side| side.count(lattice) > 0);
+    let cut = ends.contains(&Side::Cut) || seen.sides(1).into_iter().any(|side| side.count(lattice) > 0);
     if same || (could_be && cut) {
         return Mismatch::Unplaced { corners };
     }

@@ -77,14 +77,23 @@ impl Lattice {
         by_homography.or_else(|| if few { None } else { Prediction::by_affinity(&near) })
     }
 
-    /// Whether most of a line of cells, none of them known, would be inside a level.
-    pub(super) fn is_inside(&self, mut cells: impl Iterator<Item = Cell>, level: &Level) -> bool {
-        let mut count = 0;
-        let margin = 2.0;
-        cells.by_ref().filter_map(|c| self.predict(c)).for_each(|p| {
-            count += if level.contains(&p.position, margin) { 1 } else { -1 };
-        });
-        count > 0
+    /// Whether most of a line of cells, none of them known, are inside a level and far enough from its border to be found.
+    pub(super) fn is_inside(&self, cells: impl Iterator<Item = Cell>, level: &Level) -> bool {
+        let margin = super::saddles::MARGIN as f64 + 2.0;
+        let sign = |inside: bool| if inside { 1 } else { -1 };
+        cells.filter_map(|c| self.predict(c)).map(|p| sign(level.contains(&p.position, margin))).sum::<i32>() > 0
+    }
+
+    /// Grey values of the two quarters along the diagonal of a cell's steps, less those of the other two; `None` at the border.
+    pub(super) fn crossing(&self, cell: Cell, level: &Level) -> Option<f64> {
+        /// Where in a quarter the grey value is taken, parts of a step.
+        const QUARTER: f64 = 0.35;
+        let Prediction { position, u, v } = self.predict(cell)?;
+        let at = |i: f64, j: f64| {
+            let place = position + (u * i + v * j) * QUARTER;
+            level.contains(&place, 1.0).then(|| level.interpolate(&place))
+        };
+        Some((at(1.0, 1.0)? + at(-1.0, -1.0)? - at(1.0, -1.0)? - at(-1.0, 1.0)?) / 2.0)
     }
 }
 

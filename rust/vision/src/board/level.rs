@@ -137,6 +137,14 @@ impl RowValues<'_> {
             Self::Floats(row) => row[x],
         }
     }
+
+    /// Appends the values of a part of the row.
+    pub(super) fn append(&self, columns: std::ops::Range<usize>, to: &mut Vec<f32>) {
+        match self {
+            Self::Bytes(row) => to.extend(row[columns].iter().map(|&v| f32::from(v))),
+            Self::Floats(row) => to.extend_from_slice(&row[columns]),
+        }
+    }
 }
 
 /// Computed values, row by row.

@@ -19,7 +19,7 @@ const MAX_FIRST_BLUR: f64 = 1.0;
 const MIN_LAST_BLUR: f64 = 0.5;
 /// Radius of the windows of the first and of the last fit, pixels of their levels.
 const FIRST_RADIUS: f64 = 9.0;
-const LAST_RADIUS: f64 = 48.0;
+const LAST_RADIUS: f64 = 44.0;
 const FIRST: Effort = Effort { max_steps: 2, last_step: 0.3 };
 const LAST: Effort = Effort { max_steps: 10, last_step: 0.15 };
 /// Where both edges of a corner end, their directions matter to its place.

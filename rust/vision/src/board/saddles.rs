@@ -19,7 +19,7 @@ const MIN_SECTOR_GAP: f64 = 0.3;
 /// Peaks are the strongest within this many pixels.
 const PEAK_RADIUS: usize = 2;
 /// Width of the border in which no saddle is looked for: room for [`SECTOR_RADIUS`] and a Newton step.
-const MARGIN: usize = 6;
+pub(super) const MARGIN: usize = 6;
 /// Pixels of a row that are looked at together.
 const PIECE: usize = 32;
 /// A saddle's gradient vanishes within this many pixels of the peak.

@@ -138,6 +138,45 @@ fn covered_corners_are_left_out() {
 }
 
 #[test]
+fn a_hand_over_one_end_of_a_board_that_leaves_the_picture_is_no_end_of_the_board() {
+    let mut scene = Scene::new(webcam(), [0.1, 0.1, 0.05], 0.5);
+    scene.cam_from_board.translation.x += 0.11;
+    // The picture shows columns 0 to 5; a stripe covers the first ones.
+    let mut image = scene.render(1);
+    let edge = scene.corners()[2].x - 8.0;
+    for (x, _, pixel) in image.enumerate_pixels_mut() {
+        if f64::from(x) < edge {
+            *pixel = image::Luma([120]);
+        }
+    }
+    let error = find(&image).unwrap_err();
+    assert!(matches!(error, BoardError::NotWhole { .. }), "{error}");
+}
+
+#[test]
+fn boards_of_many_corners_and_such_that_touch_the_border_are_found() {
+    let near = Camera { cx: 300.0, cy: 225.0, k1: -0.1, ..Camera::centred(600, 450, 700.0) };
+    let many = Board::checkerboard(13, 12, 0.015);
+    for (board, angles, distance) in [
+        (many, [0.2, -0.2, 0.1], 0.42),
+        (Board::checkerboard(8, 6, 0.03), [0.02, 0.01, 0.0], 0.301),
+        (Board::checkerboard(3, 3, 0.03), [0.5, 0.3, 1.0], 0.3),
+    ] {
+        let scene = Scene::of(board, near, angles, distance);
+        let found =
+            detect(&scene.render(1), &[board], &BoardOptions { min_corners: 9, ..BoardOptions::default() }).unwrap();
+        assert_eq!(found.corners.len(), board.points().len(), "{board}");
+        let truth = scene.corners();
+        let sum = |order: &dyn Fn(usize) -> usize| -> f64 {
+            found.corners.iter().map(|c| (c.position - truth[order(c.index)]).norm_squared()).sum()
+        };
+        let squares = sum(&|k| k).min(sum(&|k| truth.len() - 1 - k));
+        let error = (squares / truth.len() as f64).sqrt();
+        assert!(error < 0.04, "{board}: {error}");
+    }
+}
+
+#[test]
 fn of_several_boards_the_one_shown_is_found() {
     let image = Scene::new(webcam(), [0.1, -0.1, 0.05], 0.5).render(1);
     let boards =
@@ -191,11 +230,7 @@ fn separate_squares_are_measured_like_a_checkerboard() {
     for angles in [[0.1, -0.1, 0.05], [0.5, 0.3, 0.4], [-0.4, 0.6, -0.3], [0.0, 1.0, 0.0]] {
         let scene = Scene::of(board, webcam(), angles, 0.55);
         let found = detect(&scene.render(1), &[board], &BoardOptions::default()).unwrap();
-        let t = scene.corners();
-        for c in found.corners.iter().take(16) {
-            let d = c.position - t[c.index];
-            println!("ZZ {} {:.3} {:.3} s {:.3}", c.index, d.x, d.y, c.sigma_px);
-        }
+        assert_eq!(found.corners.len(), 48);
         let error = rms(&found, &scene.corners());
         assert!(error < 0.06, "{angles:?}: {error}");
     }

@@ -1,6 +1,6 @@
 //! The pixels that tell where a corner is: those along its edges, and a few plain ones that tell black and white.
 
-use super::super::level::Level;
+use super::super::level::{Level, RowValues};
 use super::Guess;
 use super::lanes::{LANES, Lanes};
 use super::model::{Samples, Shape};
@@ -97,7 +97,7 @@ impl Window {
 
     /// The window's pixels of a level.
     pub(super) fn collect(&self, level: &Level) -> Pixels {
-        let mut pixels = Pixels::default();
+        let mut taken = Taken::with_capacity((10.0 * (self.band + 1.0) * self.radius) as usize);
         let stride = (2.0 * self.radius / PLAIN_PIXELS).ceil() as usize;
         for y in self.rows(level.height) {
             let above = y as f64 - self.centre.y;
@@ -109,11 +109,18 @@ impl Window {
             if y.is_multiple_of(stride) {
                 let columns = self.pixels(-self.radius..self.radius, level.width);
                 let plain = (columns.start.next_multiple_of(stride)..columns.end).step_by(stride);
-                plain.filter(|x| !first.contains(x) && !rest.contains(x)).for_each(|x| pixels.push(x, y, row.value(x)));
+                plain.filter(|x| !first.contains(x) && !rest.contains(x)).for_each(|x| taken.run(x..x + 1, y, &row));
             }
-            first.chain(rest).for_each(|x| pixels.push(x, y, row.value(x)));
+            taken.run(first, y, &row);
+            taken.run(rest, y, &row);
         }
-        pulp::Arch::new().dispatch(Weigh { window: self, pixels: &mut pixels });
+        let count = taken.x.len();
+        // The last eight are filled up with pixels outside of the window.
+        taken.x.resize(count.next_multiple_of(LANES), (self.centre.x + 2.0 * self.radius) as f32);
+        taken.y.resize(taken.x.len(), 0.0);
+        taken.values.resize(taken.x.len(), 0.0);
+        let mut pixels = Pixels { samples: Vec::with_capacity(taken.x.len() / LANES), count, ..Pixels::default() };
+        pulp::Arch::new().dispatch(Weigh { window: self, taken: &taken, pixels: &mut pixels });
         pixels
     }
 
@@ -131,6 +138,7 @@ impl Window {
 /// 0 before the next edges.
 struct Weigh<'a> {
     window: &'a Window,
+    taken: &'a Taken,
     pixels: &'a mut Pixels,
 }
 
@@ -139,7 +147,7 @@ impl pulp::NullaryFnOnce for Weigh<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { window, pixels } = self;
+        let Self { window, taken, pixels } = self;
         let [e, f] = &window.edges;
         let [cx, cy] = [window.centre.x as f32, window.centre.y as f32];
         let (radius2, core2, clear) = (window.radius.powi(2) as f32, window.core.powi(2) as f32, window.clear as f32);
@@ -153,16 +161,17 @@ impl pulp::NullaryFnOnce for Weigh<'_> {
         let beyond = if is_square { -(window.band as f32) } else { f32::NEG_INFINITY };
         let mut sides = [[Lanes::default(); 2]; 2];
         let mut total = Lanes::default();
-        for sample in &mut pixels.samples {
-            sample.x = sample.x - cx;
-            sample.y = sample.y - cy;
-            let (first, second) = (e.distances(sample), f.distances(sample));
+        let [xs, ys, values] = [&taken.x, &taken.y, &taken.values].map(|all| all.as_chunks::<LANES>().0);
+        for ((x, y), value) in xs.iter().zip(ys).zip(values) {
+            let (x, y, value) = (Lanes(*x) - cx, Lanes(*y) - cy, Lanes(*value));
+            let mut sample = Samples { x, y, value, weight: Lanes::default() };
+            let (first, second) = (e.distances(&sample), f.distances(&sample));
             let squared = sample.x * sample.x + sample.y * sample.y;
             for k in 0..LANES {
                 let (p, q, r) = (first.0[k], second.0[k], squared.0[k]);
                 let taper = |part: f32| (1.0 - part * part).max(0.0);
                 let (a, b) = (p * e_reach, q * f_reach);
-                let weight = sample.weight.0[k] * taper(a * a) * taper(b * b) * taper(r / radius2);
+                let weight = taper(a * a) * taper(b * b) * taper(r / radius2);
                 let near = (p.abs() <= e_plain) | (q.abs() <= f_plain);
                 let is_used = (r >= core2) & near & (p * side >= beyond) & (-q * side >= beyond);
                 let weight = if is_used { weight } else { 0.0 };
@@ -177,6 +186,7 @@ impl pulp::NullaryFnOnce for Weigh<'_> {
                 sides[1][0].0[k] += on * sample.value.0[k];
                 sides[1][1].0[k] += on;
             }
+            pixels.samples.push(sample);
         }
         pixels.weight = total.sum();
         pixels.sides = sides.map(|pair| pair.map(Lanes::sum));
@@ -204,20 +214,29 @@ impl Pixels {
     pub(super) fn grey(&self) -> [f64; 2] {
         self.sides.map(|[sum, count]| sum / count)
     }
+}
 
-    #[inline]
-    fn push(&mut self, x: usize, y: usize, value: f32) {
-        let lane = self.count % LANES;
-        if lane == 0 {
-            self.samples.push(Samples::default());
+/// Pixels as they are taken.
+struct Taken {
+    x: Vec<f32>,
+    y: Vec<f32>,
+    values: Vec<f32>,
+}
+
+impl Taken {
+    fn with_capacity(count: usize) -> Self {
+        let [x, y, values] = [0; 3].map(|_| Vec::with_capacity(count));
+        Self { x, y, values }
+    }
+
+    /// Takes a part of a row.
+    fn run(&mut self, columns: Range<usize>, y: usize, row: &RowValues) {
+        if columns.is_empty() {
+            return;
         }
-        if let Some(last) = self.samples.last_mut() {
-            last.x.0[lane] = x as f32;
-            last.y.0[lane] = y as f32;
-            last.value.0[lane] = value;
-            last.weight.0[lane] = 1.0;
-        }
-        self.count += 1;
+        row.append(columns.clone(), &mut self.values);
+        self.x.extend(columns.map(|x| x as f32));
+        self.y.resize(self.x.len(), y as f32);
     }
 }
 
