@@ -3,7 +3,8 @@
 
 #![expect(clippy::unwrap_used, clippy::print_stderr, reason = "the helpers of tests are tests too")]
 
-use geometry::{Board, Camera};
+use facewright::FrameSet;
+use geometry::{Board, Camera, Progress};
 use motion::calibrate::rig::{BoardSymmetry, RigCamera, calibrate_rig};
 use motion::calibrate::{BoardView, CalibrateOptions, calibrate};
 use std::path::{Path, PathBuf};
@@ -61,4 +62,18 @@ fn the_stereo_cameras_stand_where_another_implementation_puts_them() {
     let baseline = found.cameras[1].baseline;
     assert!((baseline / 0.120_05 - 1.0).abs() < 0.005, "{baseline}");
     assert!(found.rms_px < 0.1, "{}", found.rms_px);
+}
+
+#[test]
+fn separate_squares_on_curled_paper_give_the_webcam_too() {
+    let Some(folder) = photographs("sony-mono-squares") else { return };
+    let options = facewright::CalibrateOptions {
+        boards: vec![Board::squares(3, 4, 0.03, 1.0)],
+        ..facewright::CalibrateOptions::default()
+    };
+    let progress = Progress::new();
+    let found = facewright::calibrate(&FrameSet::open(&[folder], &progress).unwrap(), &options, &progress).unwrap();
+    assert!(found.images.iter().all(|image| image.used));
+    assert_focal(&found.camera.camera, (703.0800, 704.7902), 0.3);
+    assert!(found.warnings.iter().any(|w| w.contains("not flat")), "{:?}", found.warnings);
 }

@@ -167,7 +167,10 @@ fn search(image: &GrayImage, boards: &[Board], options: &BoardOptions) -> Result
     let asked = || Asked(boards.to_vec());
     let levels = pyramid(image);
     let mut search = Search { boards, options, part: None, mismatch: Mismatch::Nothing, unclear: false };
-    for n in (0..levels.len()).rev() {
+    // The coarsest level only serves where motion has smeared the corners of the next one.
+    let coarsest = levels.len() - 1;
+    let order = [coarsest.saturating_sub(1), coarsest].into_iter().chain((0..coarsest.saturating_sub(1)).rev());
+    for n in order {
         if let Some(found) = search.look(&levels[..=n]) {
             return Ok(found);
         }
@@ -181,12 +184,13 @@ fn search(image: &GrayImage, boards: &[Board], options: &BoardOptions) -> Result
     })
 }
 
-/// The picture and its halves down to [`COARSEST_PIXELS`].
+/// The picture and its halves down to [`COARSEST_PIXELS`], and one more.
 fn pyramid(image: &GrayImage) -> Vec<Level<'_>> {
     let mut levels = vec![Level::from_image(image)];
     while let Some(coarser) = levels.last().filter(|l| l.width * l.height > COARSEST_PIXELS).map(Level::halved) {
         levels.push(coarser);
     }
+    levels.extend(levels.last().map(Level::halved));
     levels
 }
 
