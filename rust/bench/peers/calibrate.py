@@ -36,7 +36,15 @@ FINDERS: dict[str, Callable[[np.ndarray, tuple[int, int]], Board]] = {
 def measure(case: dict[str, Any], folder: Path) -> list[Run]:
     """Each way to find the board, and the camera it leads to."""
     pictures = [read_grey(folder / name) for name in case["pictures"]]
-    return [run(case, setting, finder, pictures) for setting, finder in FINDERS.items()]
+    return [run(case, setting, finder, pictures) for setting, finder in FINDERS.items()] + [solve_corners(case)]
+
+
+def solve_corners(case: dict[str, Any]) -> Run:
+    """The camera from corners that are given."""
+    views = [np.array(corners, np.float32).reshape(-1, 1, 2) for corners in case["corners"]]
+    camera, rms = solve(case, views)
+    times = {"solve": median_ms(lambda: solve(case, views))}
+    return Run(case["name"], "corners", "calibrateCamera", times, {"boards": [], "camera": camera, "rms_px": rms})
 
 
 def run(case: dict[str, Any], setting: str, finder: Callable[..., Board], pictures: list[np.ndarray]) -> Run:
@@ -45,24 +53,25 @@ def run(case: dict[str, Any], setting: str, finder: Callable[..., Board], pictur
     boards = [finder(picture, inner) for picture in pictures]
     views = [board for board in boards if board is not None]
     times = {"find": median_ms(lambda: [finder(picture, inner) for picture in pictures]) / len(pictures)}
-    camera = None
+    camera, rms = None, None
     if len(views) >= 3:
-        camera = solve(case, views)
+        camera, rms = solve(case, views)
         times["solve"] = median_ms(lambda: solve(case, views))
     found = [None if board is None else board.reshape(-1, 2).tolist() for board in boards]
-    return Run(case["name"], "board", setting, times, {"boards": found, "camera": camera})
+    return Run(case["name"], "board", setting, times, {"boards": found, "camera": camera, "rms_px": rms})
 
 
-def solve(case: dict[str, Any], views: list[np.ndarray]) -> dict[str, float]:
-    """The camera from all boards."""
+def solve(case: dict[str, Any], views: list[np.ndarray]) -> tuple[dict[str, float], float]:
+    """The camera from all boards, and the root mean square error."""
     columns, rows = case["inner"]
     plane = np.zeros((columns * rows, 3), np.float32)
     plane[:, :2] = np.mgrid[0:columns, 0:rows].T.reshape(-1, 2) * case["square"]
     size = (case["width"], case["height"])
-    _, k, distortion, *_ = cv2.calibrateCamera([plane] * len(views), views, size, None, None, flags=LENS)
+    rms, k, distortion, *_ = cv2.calibrateCamera([plane] * len(views), views, size, None, None, flags=LENS)
     numbers = {"fx": k[0, 0], "fy": k[1, 1], "cx": k[0, 2], "cy": k[1, 2]}
     numbers |= {"k1": distortion.ravel()[0], "k2": distortion.ravel()[1]}
-    return {"width": size[0], "height": size[1]} | {name: float(value) for name, value in numbers.items()}
+    camera = {"width": size[0], "height": size[1]} | {name: float(value) for name, value in numbers.items()}
+    return camera, rms
 
 
 if __name__ == "__main__":

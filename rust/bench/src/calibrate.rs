@@ -5,16 +5,22 @@ use crate::feature::{Feature, Figure};
 use crate::files::{read_grey, write_grey};
 use crate::results::{Pixel, Run, to_pixels, to_points};
 use crate::scenes::{board, clip::Clip};
+use geometry::least_squares::Loss;
 use geometry::{Board, Camera, Transform, Vec2};
 use image::GrayImage;
 use motion::calibrate::{BoardView, CalibrateOptions, calibrate};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
+use synthetic::Random;
 use vision::board::{BoardCorners, BoardOptions, detect};
 
 /// Pictures of the computed case.
 const VIEWS: usize = 14;
+/// Standard deviation of the noise of given corners, pixels along each axis.
+const NOISE: f64 = 0.1;
+/// The task to solve from given corners.
+const CORNERS: &str = "corners";
 
 /// The bench.
 pub struct Calibrate;
@@ -28,6 +34,8 @@ pub struct Case {
     height: u32,
     inner: (u32, u32),
     square: f64,
+    /// All corners in each picture, with noise: what both sides solve from in the task `corners`.
+    corners: Vec<Vec<Pixel>>,
 }
 
 /// Its truth.
@@ -45,6 +53,8 @@ pub struct Answer {
     boards: Vec<Option<Vec<Pixel>>>,
     /// The camera; none without enough boards.
     camera: Option<Camera>,
+    /// Root mean square reprojection error, pixels.
+    rms_px: Option<f64>,
 }
 
 impl Feature for Calibrate {
@@ -57,19 +67,29 @@ impl Feature for Calibrate {
     }
 
     fn measure(inputs: &Vec<Case>, folder: &Path) -> anyhow::Result<Vec<Run<Answer>>> {
-        inputs.iter().map(|case| measure(case, folder)).collect()
+        let runs = inputs.iter().map(|case| Ok([measure(case, folder)?, solve_corners(case)]));
+        Ok(runs.collect::<anyhow::Result<Vec<_>>>()?.into_iter().flatten().collect())
     }
 
     fn figures(run: &Run<Answer>, inputs: &Vec<Case>, truth: &Vec<CaseTruth>) -> anyhow::Result<Vec<Figure>> {
         let Some(k) = inputs.iter().position(|case| case.name == run.case) else { return Ok(Vec::new()) };
         let (answer, truth) = (&run.answer, &truth[k]);
+        let solved = vec![
+            Figure::cost("solve, ms", run.time("solve")),
+            Figure::cost("focal length error, %", focal_error(answer, truth)),
+        ];
+        if run.task == CORNERS {
+            let rms = Figure::cost("reprojection, px RMS", answer.rms_px.unwrap_or(f64::NAN));
+            return Ok(solved.into_iter().chain([rms]).collect());
+        }
         Ok(vec![
             Figure::cost("find, ms per picture", run.time("find")),
-            Figure::cost("solve, ms", run.time("solve")),
             Figure::gain("boards found, %", found_percent(answer)),
             Figure::cost("corner error, px RMS", rms(&corner_errors(answer, truth))),
-            Figure::cost("focal length error, %", focal_error(answer, truth)),
-        ])
+        ]
+        .into_iter()
+        .chain(solved)
+        .collect())
     }
 }
 
@@ -105,8 +125,13 @@ fn case(
         board.iter().filter_map(|p| camera.project(&pose.apply(&p.push(0.0)))).collect()
     };
     let truth = CaseTruth { camera, corners: poses.iter().map(|pose| to_pixels(&seen(pose))).collect() };
+    let mut random = Random::new(1);
+    let noisy = |pixels: &Vec<Pixel>| -> Vec<Pixel> {
+        pixels.iter().map(|p| (Vec2::from(*p) + random.normal2(NOISE)).into()).collect()
+    };
+    let corners = truth.corners.iter().map(noisy).collect();
     let (width, height) = (camera.width, camera.height);
-    Ok((Case { name: name.to_owned(), pictures: names, width, height, inner, square }, truth))
+    Ok((Case { name: name.to_owned(), pictures: names, width, height, inner, square, corners }, truth))
 }
 
 fn measure(case: &Case, folder: &Path) -> anyhow::Result<Run<Answer>> {
@@ -125,8 +150,22 @@ fn measure(case: &Case, folder: &Path) -> anyhow::Result<Run<Answer>> {
     let find_ms = median_ms(find) / pictures.len() as f64;
     let times_ms = BTreeMap::from([("find".to_owned(), find_ms), ("solve".to_owned(), median_ms(solve))]);
     let boards = found.iter().map(|board| Some(to_pixels(&view(board.as_ref()?).pixels))).collect();
-    let answer = Answer { boards, camera: solve().ok().map(|solved| solved.camera) };
+    let solved = solve().ok();
+    let answer = Answer { boards, camera: solved.as_ref().map(|s| s.camera), rms_px: solved.map(|s| s.rms_px) };
     Ok(Run { case: case.name.clone(), task: "board".to_owned(), setting: String::new(), times_ms, answer })
+}
+
+/// From the same corners as the peer, minimising the same sum of squares.
+fn solve_corners(case: &Case) -> Run<Answer> {
+    let board = Board::checkerboard(case.inner.0, case.inner.1, case.square);
+    let views: Vec<BoardView> = case.corners.iter().map(|c| BoardView::whole(&board, to_points(c))).collect();
+    let options = CalibrateOptions { loss: Loss::Squared, ..CalibrateOptions::default() };
+    let solve = || calibrate(&views, case.width, case.height, &options);
+    let times_ms = BTreeMap::from([("solve".to_owned(), median_ms(solve))]);
+    let solved = solve().ok();
+    let (camera, rms_px) = (solved.as_ref().map(|s| s.camera), solved.map(|s| s.rms_px));
+    let answer = Answer { boards: Vec::new(), camera, rms_px };
+    Run { case: case.name.clone(), task: CORNERS.to_owned(), setting: String::new(), times_ms, answer }
 }
 
 fn found_percent(answer: &Answer) -> f64 {
