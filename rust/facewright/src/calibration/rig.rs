@@ -38,6 +38,8 @@ pub struct MountedCamera {
     pub rotation_deviations: [f64; 3],
     /// Standard deviations of the translation along its axes, metres.
     pub translation_deviations: [f64; 3],
+    /// Covariance of both, in this order.
+    pub covariance: [[f64; 6]; 6],
     /// Distance from the first camera, metres.
     pub baseline: f64,
     /// Its standard deviation, metres.
@@ -163,6 +165,7 @@ fn mounted(name: &str, solved: &Rig, k: usize, images: Vec<BoardImage>, options:
         camera_from_rig: camera.camera_from_rig,
         rotation_deviations: camera.rotation_deviations,
         translation_deviations: camera.translation_deviations,
+        covariance: camera.covariance,
         baseline: camera.baseline,
         baseline_deviation: camera.baseline_deviation,
     }

@@ -105,11 +105,11 @@ impl Uncertainty {
         self.scatter
     }
 
-    /// Covariance of some unknowns, each raised to its larger deviation.
+    /// Covariance of some unknowns that goes with [`Self::deviation`].
     pub(super) fn raised<const N: usize>(&self, first: usize) -> SMatrix<f64, N, N> {
         SMatrix::from_fn(|i, j| {
             let (i, j) = (first + i, first + j);
-            self.covariance[(i, j)] * self.inflation(i) * self.inflation(j)
+            self.covariance[(i, j)] * self.inflation(i) * self.inflation(j) + self.shift[i] * self.shift[j]
         })
     }
 }

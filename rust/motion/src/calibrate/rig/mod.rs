@@ -22,7 +22,7 @@ use super::warnings::{self, Evidence};
 use super::{BoardBend, BoardView, CalibrateOptions, CalibrateWarning, CameraDeviations, ViewFit};
 use super::{MAX_FOCAL_DEVIATION, over_all, view_fit};
 use geometry::{Board, Camera, Pattern, Transform, Vec2};
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{Matrix6, Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
 use start::Start;
 use std::f64::consts::TAU;
@@ -92,6 +92,8 @@ pub struct MountedCamera {
     pub rotation_deviations: [f64; 3],
     /// Standard deviations of the translation along this camera's axes, metres; 0 for the first one.
     pub translation_deviations: [f64; 3],
+    /// Covariance of both, in this order; 0 for the first one.
+    pub covariance: [[f64; 6]; 6],
     /// Distance of its centre from the first camera's, metres.
     pub baseline: f64,
     /// Standard deviation of that distance.
@@ -208,15 +210,14 @@ impl<'a> Report<'a> {
             return Err(RigError::Degenerate);
         }
         let mount = self.state.mounts[camera];
-        let (mut six, mut baseline_deviation) = ([0.0; 6], 0.0);
+        let (mut covariance, mut baseline_deviation) = (Matrix6::zeros(), 0.0);
         if camera > 0 {
-            let first = layout.mount_at(camera);
-            six = std::array::from_fn(|k| self.uncertainty.deviation(first + k));
+            covariance = self.uncertainty.raised::<6>(layout.mount_at(camera));
             let along = mount.translation.normalize();
-            let covariance: Matrix3<f64> = self.uncertainty.raised::<3>(first + 3);
-            baseline_deviation = along.dot(&(covariance * along)).max(0.0).sqrt();
+            let of_translation = covariance.fixed_view::<3, 3>(3, 3);
+            baseline_deviation = along.dot(&(of_translation * along)).max(0.0).sqrt();
         }
-        let [a, b, c, x, y, z] = six;
+        let [a, b, c, x, y, z] = std::array::from_fn(|k| covariance[(k, k)].max(0.0).sqrt());
         let mut views = vec![None; moments];
         for (sight, fit) in self.of_camera(camera) {
             views[self.start.moments[sight.moment]] = Some(fit.clone());
@@ -229,6 +230,8 @@ impl<'a> Report<'a> {
             camera_from_rig: mount,
             rotation_deviations: [a, b, c],
             translation_deviations: [x, y, z],
+            // Symmetric: rows are columns.
+            covariance: covariance.into(),
             baseline: mount.translation.norm(),
             baseline_deviation,
             rms_px: over_all(&pictures, errors).unwrap_or(0.0),

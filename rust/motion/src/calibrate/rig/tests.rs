@@ -3,6 +3,7 @@
 use super::*;
 use crate::calibrate::CalibrateError;
 use crate::calibrate::tests::{PAPER, seen, turn};
+use geometry::Mat3;
 use synthetic::Random;
 
 const SQUARE: f64 = 0.03;
@@ -62,7 +63,7 @@ fn solve(cameras: &[RigCamera], symmetry: &BoardSymmetry) -> Result<Rig, RigErro
 fn errors(rig: &Rig, camera: usize) -> (f64, f64) {
     let (angles, place) = PLACES[camera];
     let rows = turn(angles);
-    let truth = Transform::from_matrix(&Matrix3::from_fn(|i, j| rows[i][j]), Vector3::from(place));
+    let truth = Transform::from_matrix(&Mat3::from_fn(|i, j| rows[i][j]), Vector3::from(place));
     let found = rig.cameras[camera].camera_from_rig;
     (found.angle_to(&truth), (found.translation - truth.translation).norm())
 }
@@ -134,7 +135,7 @@ fn the_truth_is_as_near_as_the_deviations_say() {
         let found = solve(&rig(2, 12, 0.2, 100 + seed), &BoardSymmetry::none()).unwrap();
         let mounted = &found.cameras[1];
         let rows = turn(PLACES[1].0);
-        let truth = nalgebra::Rotation3::from_matrix(&Matrix3::from_fn(|i, j| rows[i][j]));
+        let truth = nalgebra::Rotation3::from_matrix(&Mat3::from_fn(|i, j| rows[i][j]));
         let angle = (mounted.camera_from_rig.rotation * truth.inverse()).scaled_axis();
         let way = mounted.camera_from_rig.translation - Vector3::from(PLACES[1].1);
         for k in 0..3 {
