@@ -59,7 +59,7 @@ fn the_stereo_cameras_stand_where_another_implementation_puts_them() {
     let found = calibrate_rig(&[camera("left"), camera("right")], &symmetry, &CalibrateOptions::default()).unwrap();
     assert_focal(&found.cameras[0].camera, (524.6142, 526.9202), 0.5);
     assert_focal(&found.cameras[1].camera, (526.4373, 528.6525), 0.5);
-    let baseline = found.cameras[1].baseline;
+    let baseline = found.cameras[1].mount.baseline;
     assert!((baseline / 0.120_05 - 1.0).abs() < 0.005, "{baseline}");
     assert!(found.rms_px < 0.1, "{}", found.rms_px);
 }

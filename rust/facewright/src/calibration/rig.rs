@@ -3,8 +3,8 @@
 use super::detection::{Detection, detect_all};
 use super::{BoardImage, CalibrateOptions, CalibratedCamera, fill, images, view};
 use crate::{CameraSource, FacewrightError, FrameSet, SourcedCamera};
-use geometry::{Progress, Transform};
-use motion::calibrate::rig::{BoardSymmetry, Rig, RigCamera, RigWarning, calibrate_rig as solve};
+use geometry::Progress;
+use motion::calibrate::rig::{BoardSymmetry, Mount, Rig, RigCamera, RigWarning, calibrate_rig as solve};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -32,18 +32,9 @@ pub struct MountedCamera {
     /// All of `camera.json`.
     #[serde(flatten)]
     pub calibrated: CalibratedCamera,
-    /// Where it stands, four rows; the identity for the first one.
-    pub camera_from_rig: Transform,
-    /// Standard deviations of small turns about its axes, radians.
-    pub rotation_deviations: [f64; 3],
-    /// Standard deviations of the translation along its axes, metres.
-    pub translation_deviations: [f64; 3],
-    /// Covariance of both, in this order.
-    pub covariance: [[f64; 6]; 6],
-    /// Distance from the first camera, metres.
-    pub baseline: f64,
-    /// Its standard deviation, metres.
-    pub baseline_deviation: f64,
+    /// Where it stands.
+    #[serde(flatten)]
+    pub mount: Mount,
 }
 
 /// `rig.json`.
@@ -159,16 +150,7 @@ fn mounted(name: &str, solved: &Rig, k: usize, images: Vec<BoardImage>, options:
         images,
         warnings: Vec::new(),
     };
-    MountedCamera {
-        name: name.to_owned(),
-        calibrated,
-        camera_from_rig: camera.camera_from_rig,
-        rotation_deviations: camera.rotation_deviations,
-        translation_deviations: camera.translation_deviations,
-        covariance: camera.covariance,
-        baseline: camera.baseline,
-        baseline_deviation: camera.baseline_deviation,
-    }
+    MountedCamera { name: name.to_owned(), calibrated, mount: camera.mount }
 }
 
 /// Root mean square of all corners of pictures with these; `None` if one is missing.

@@ -41,8 +41,8 @@ struct PicturedCamera<'a> {
 
 impl<'a> PicturedCamera<'a> {
     fn of(mounted: &'a MountedCamera) -> Self {
-        let MountedCamera { name, calibrated, camera_from_rig, .. } = mounted;
-        Self { name, calibrated, camera_from_rig: *camera_from_rig }
+        let MountedCamera { name, calibrated, mount } = mounted;
+        Self { name, calibrated, camera_from_rig: mount.camera_from_rig }
     }
 }
 

@@ -80,7 +80,9 @@ fn several(
     write_json(output, &calibrated)?;
     let baseline = |k: usize| match &calibrated.cameras[k] {
         _ if k == 0 => String::new(),
-        c => format!(", {:.2} ± {:.2} mm from the first", 1000.0 * c.baseline, 1000.0 * c.baseline_deviation),
+        c => {
+            format!(", {:.2} ± {:.2} mm from the first", 1000.0 * c.mount.baseline, 1000.0 * c.mount.baseline_deviation)
+        }
     };
     let lines: String =
         each.enumerate().map(|(k, c)| format!("{}: {}{}\n", c.name, numbers(&c.calibrated), baseline(k))).collect();

@@ -79,6 +79,23 @@ impl BoardSymmetry {
     }
 }
 
+/// Where a camera of a rig stands, and how well that is known; all deviations are 0 for the first one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Mount {
+    /// Where it stands; the identity for the first one.
+    pub camera_from_rig: Transform,
+    /// Standard deviations of small turns about this camera's axes, radians.
+    pub rotation_deviations: [f64; 3],
+    /// Standard deviations of the translation along this camera's axes, metres.
+    pub translation_deviations: [f64; 3],
+    /// Covariance of both, in this order.
+    pub covariance: [[f64; 6]; 6],
+    /// Distance of its centre from the first camera's, metres.
+    pub baseline: f64,
+    /// Standard deviation of that distance.
+    pub baseline_deviation: f64,
+}
+
 /// A camera of a rig, and how well it and its place are known.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MountedCamera {
@@ -86,18 +103,9 @@ pub struct MountedCamera {
     pub camera: Camera,
     /// Standard deviations of its numbers, as in [`super::Calibration`].
     pub deviations: CameraDeviations,
-    /// Where it stands; the identity for the first one.
-    pub camera_from_rig: Transform,
-    /// Standard deviations of small turns about this camera's axes, radians; 0 for the first one.
-    pub rotation_deviations: [f64; 3],
-    /// Standard deviations of the translation along this camera's axes, metres; 0 for the first one.
-    pub translation_deviations: [f64; 3],
-    /// Covariance of both, in this order; 0 for the first one.
-    pub covariance: [[f64; 6]; 6],
-    /// Distance of its centre from the first camera's, metres.
-    pub baseline: f64,
-    /// Standard deviation of that distance.
-    pub baseline_deviation: f64,
+    /// Where it stands.
+    #[serde(flatten)]
+    pub mount: Mount,
     /// Root mean square distance of its corners from where it puts them, pixels.
     pub rms_px: f64,
     /// Standard deviation of a corner along one axis, pixels, estimated robustly.
@@ -209,15 +217,6 @@ impl<'a> Report<'a> {
         if lens.validate().is_err() || focal_deviation.is_nan() || focal_deviation > MAX_FOCAL_DEVIATION {
             return Err(RigError::Degenerate);
         }
-        let mount = self.state.mounts[camera];
-        let (mut covariance, mut baseline_deviation) = (Matrix6::zeros(), 0.0);
-        if camera > 0 {
-            covariance = self.uncertainty.raised::<6>(layout.mount_at(camera));
-            let along = mount.translation.normalize();
-            let of_translation = covariance.fixed_view::<3, 3>(3, 3);
-            baseline_deviation = along.dot(&(of_translation * along)).max(0.0).sqrt();
-        }
-        let [a, b, c, x, y, z] = std::array::from_fn(|k| covariance[(k, k)].max(0.0).sqrt());
         let mut views = vec![None; moments];
         for (sight, fit) in self.of_camera(camera) {
             views[self.start.moments[sight.moment]] = Some(fit.clone());
@@ -227,17 +226,32 @@ impl<'a> Report<'a> {
         Ok(MountedCamera {
             camera: lens,
             deviations,
-            camera_from_rig: mount,
-            rotation_deviations: [a, b, c],
-            translation_deviations: [x, y, z],
-            // Symmetric: rows are columns.
-            covariance: covariance.into(),
-            baseline: mount.translation.norm(),
-            baseline_deviation,
+            mount: self.mount(camera),
             rms_px: over_all(&pictures, errors).unwrap_or(0.0),
             sigma_px: self.problem.sigmas[camera],
             views,
         })
+    }
+
+    fn mount(&self, camera: usize) -> Mount {
+        let camera_from_rig = self.state.mounts[camera];
+        let (mut covariance, mut baseline_deviation) = (Matrix6::zeros(), 0.0);
+        if camera > 0 {
+            covariance = self.uncertainty.raised::<6>(self.problem.layout().mount_at(camera));
+            let along = camera_from_rig.translation.normalize();
+            let of_translation = covariance.fixed_view::<3, 3>(3, 3);
+            baseline_deviation = along.dot(&(of_translation * along)).max(0.0).sqrt();
+        }
+        let [a, b, c, x, y, z] = std::array::from_fn(|k| covariance[(k, k)].max(0.0).sqrt());
+        Mount {
+            camera_from_rig,
+            rotation_deviations: [a, b, c],
+            translation_deviations: [x, y, z],
+            // Symmetric: rows are columns.
+            covariance: covariance.into(),
+            baseline: camera_from_rig.translation.norm(),
+            baseline_deviation,
+        }
     }
 
     fn warnings(&self, cameras: &[MountedCamera]) -> Vec<RigWarning> {

@@ -64,7 +64,7 @@ fn errors(rig: &Rig, camera: usize) -> (f64, f64) {
     let (angles, place) = PLACES[camera];
     let rows = turn(angles);
     let truth = Transform::from_matrix(&Mat3::from_fn(|i, j| rows[i][j]), Vector3::from(place));
-    let found = rig.cameras[camera].camera_from_rig;
+    let found = rig.cameras[camera].mount.camera_from_rig;
     (found.angle_to(&truth), (found.translation - truth.translation).norm())
 }
 
@@ -76,8 +76,8 @@ fn perfect_pictures_give_the_rig_exactly() {
         assert!(angle < 1e-7 && way < 1e-7, "{angle} {way}");
         assert!((found.cameras[camera].camera.fx - lens(camera)[0]).abs() < 1e-3);
     }
-    assert_eq!(found.cameras[0].camera_from_rig, Transform::identity());
-    assert!((found.cameras[1].baseline - Vector3::from(PLACES[1].1).norm()).abs() < 1e-7);
+    assert_eq!(found.cameras[0].mount.camera_from_rig, Transform::identity());
+    assert!((found.cameras[1].mount.baseline - Vector3::from(PLACES[1].1).norm()).abs() < 1e-7);
     assert!(found.rms_px < 1e-5 && found.boards.iter().all(Option::is_some));
 }
 
@@ -92,7 +92,7 @@ fn pictures_counted_from_the_other_end_are_turned_round() {
     assert!(!found.warnings.iter().any(|w| matches!(w, RigWarning::LeftOut { .. } | RigWarning::AmbiguousTurn { .. })));
     assert!((found.rms_px - straight.rms_px).abs() < 1e-6, "{} {}", found.rms_px, straight.rms_px);
     for camera in 1..3 {
-        let (a, b) = (found.cameras[camera].camera_from_rig, straight.cameras[camera].camera_from_rig);
+        let (a, b) = (found.cameras[camera].mount.camera_from_rig, straight.cameras[camera].mount.camera_from_rig);
         assert!(a.angle_to(&b) < 1e-6 && (a.translation - b.translation).norm() < 1e-6);
     }
 }
@@ -105,7 +105,8 @@ fn without_a_symmetry_a_picture_counted_from_the_other_end_is_left_out() {
     let left_out = found.warnings.iter().filter(|w| matches!(w, RigWarning::LeftOut { moment: 4, .. }));
     assert_eq!(left_out.count(), 1);
     let ((angle, way), mounted) = (errors(&found, 1), &found.cameras[1]);
-    let (turns, ways) = (Vector3::from(mounted.rotation_deviations), Vector3::from(mounted.translation_deviations));
+    let (turns, ways) =
+        (Vector3::from(mounted.mount.rotation_deviations), Vector3::from(mounted.mount.translation_deviations));
     assert!(angle < 3.0 * turns.norm() && way < 3.0 * ways.norm(), "{angle} {way} {turns} {ways}");
     assert!(turns.norm() < 0.01 && ways.norm() < 0.004, "{turns} {ways}");
 }
@@ -122,7 +123,8 @@ fn cameras_connected_only_through_another_are_placed() {
     let found = solve(&cameras, &BoardSymmetry::of(&board())).unwrap();
     let (angle, way) = errors(&found, 2);
     let mounted = &found.cameras[2];
-    let (turns, ways) = (Vector3::from(mounted.rotation_deviations), Vector3::from(mounted.translation_deviations));
+    let (turns, ways) =
+        (Vector3::from(mounted.mount.rotation_deviations), Vector3::from(mounted.mount.translation_deviations));
     assert!(angle < 3.0 * turns.norm() && way < 3.0 * ways.norm(), "{angle} {way} {turns} {ways}");
     assert!(ways.norm() < 0.005);
     assert!(mounted.views[3].is_none() && mounted.views[12].is_some() && found.boards[3].is_some());
@@ -136,14 +138,14 @@ fn the_truth_is_as_near_as_the_deviations_say() {
         let mounted = &found.cameras[1];
         let rows = turn(PLACES[1].0);
         let truth = nalgebra::Rotation3::from_matrix(&Mat3::from_fn(|i, j| rows[i][j]));
-        let angle = (mounted.camera_from_rig.rotation * truth.inverse()).scaled_axis();
-        let way = mounted.camera_from_rig.translation - Vector3::from(PLACES[1].1);
+        let angle = (mounted.mount.camera_from_rig.rotation * truth.inverse()).scaled_axis();
+        let way = mounted.mount.camera_from_rig.translation - Vector3::from(PLACES[1].1);
         for k in 0..3 {
-            hits[k] += f64::from(u8::from(angle[k].abs() < 2.0 * mounted.rotation_deviations[k]));
-            hits[3 + k] += f64::from(u8::from(way[k].abs() < 2.0 * mounted.translation_deviations[k]));
+            hits[k] += f64::from(u8::from(angle[k].abs() < 2.0 * mounted.mount.rotation_deviations[k]));
+            hits[3 + k] += f64::from(u8::from(way[k].abs() < 2.0 * mounted.mount.translation_deviations[k]));
         }
-        let baseline = mounted.baseline - Vector3::from(PLACES[1].1).norm();
-        hits[6] += f64::from(u8::from(baseline.abs() < 2.0 * mounted.baseline_deviation));
+        let baseline = mounted.mount.baseline - Vector3::from(PLACES[1].1).norm();
+        hits[6] += f64::from(u8::from(baseline.abs() < 2.0 * mounted.mount.baseline_deviation));
     }
     let percent = hits.map(|h| 100.0 * h / runs as f64);
     assert!(percent.iter().all(|p| *p >= 88.0), "{percent:?}");
