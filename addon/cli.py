@@ -1,4 +1,4 @@
-"""`blender -b --command facewright reconstruct …`: the same operator, from a shell."""
+"""`blender -b --command facewright reconstruct …` and `… calibrate …`: the same work, from a shell."""
 
 import argparse
 import sys
@@ -28,7 +28,13 @@ def unregister() -> None:
 
 def parser() -> argparse.ArgumentParser:
     top = argparse.ArgumentParser(prog="blender -b --command facewright", description=__doc__)
-    command = top.add_subparsers(dest="command", required=True).add_parser("reconstruct", help="reconstruct a head")
+    commands = top.add_subparsers(dest="command", required=True)
+    reconstruct_arguments(commands.add_parser("reconstruct", help="reconstruct a head"))
+    calibrate_arguments(commands.add_parser("calibrate", help="calibrate a camera from pictures of a printed board"))
+    return top
+
+
+def reconstruct_arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("clip", help="a video, a folder of frames, or a frame of an image sequence")
     command.add_argument("-o", "--output", required=True, help="result folder")
     command.add_argument("--blend", help="save the scene with the head here")
@@ -37,7 +43,18 @@ def parser() -> argparse.ArgumentParser:
     command.add_argument("--texture-size", type=int, default=2048)
     command.add_argument("--interocular-mm", type=float)
     command.add_argument("--frames", type=span, help="first and last frame, counted from 0: 480-660")
-    return top
+
+
+def calibrate_arguments(command: argparse.ArgumentParser) -> None:
+    command.add_argument("pictures", nargs="+", help="board pictures, a folder of them, or one video")
+    command.add_argument("-o", "--output", default="camera.json", help="camera file to write (default: camera.json)")
+    command.add_argument("--picture", help="picture of boards, corners and errors to write: SVG, PDF or PNG")
+    command.add_argument("--blend", help="save the scene with the camera and its boards here")
+    pattern = command.add_mutually_exclusive_group()
+    pattern.add_argument("--inner", type=grid, default=(9, 6), help="inner corners of a checkerboard: 9x6")
+    pattern.add_argument("--squares", type=grid, help="black squares apart from each other instead: 8x8")
+    command.add_argument("--square-mm", type=float, default=25.5, help="side of a square (default: 25.5)")
+    command.add_argument("--gap-mm", type=float, help="white between separate squares (default: the side of a square)")
 
 
 def span(text: str) -> tuple[int, int]:
@@ -48,6 +65,14 @@ def span(text: str) -> tuple[int, int]:
     return int(first), int(last)
 
 
+def grid(text: str) -> tuple[int, int]:
+    """`9x6` as numbers."""
+    columns, cross, rows = text.partition("x")
+    if not (cross and columns.isdigit() and rows.isdigit()):
+        raise argparse.ArgumentTypeError("columns and rows like 9x6")
+    return int(columns), int(rows)
+
+
 def run(arguments: list[str]) -> int:
     """The exit code: 0 done, 1 a clear error, 2 usage."""
     try:
@@ -55,20 +80,42 @@ def run(arguments: list[str]) -> int:
     except SystemExit as stop:
         return int(stop.code or 0)
     try:
-        settings = actions.Settings(
-            camera=camera_actions.read_camera(wanted.camera) if wanted.camera else None,
-            method=wanted.method,
-            texture_size=wanted.texture_size,
-            interocular_mm=wanted.interocular_mm,
-            output=wanted.output,
-        )
-        result = wait(actions.reconstructed(actions.Source(wanted.clip, wanted.frames), settings))
-        result.write(wanted.output)
+        lines = reconstruct(wanted) if wanted.command == "reconstruct" else calibrate(wanted)
     except FacewrightError as error:
         print(f"facewright: {error}", file=sys.stderr)
         return 1
+    print("\n".join(lines))
+    return 0
+
+
+def reconstruct(wanted: argparse.Namespace) -> list[str]:
+    """What is to be said of a head that was written."""
+    settings = actions.Settings(
+        camera=camera_actions.read_camera(wanted.camera) if wanted.camera else None,
+        method=wanted.method,
+        texture_size=wanted.texture_size,
+        interocular_mm=wanted.interocular_mm,
+        output=wanted.output,
+    )
+    result = wait(actions.reconstructed(actions.Source(wanted.clip, wanted.frames), settings))
+    result.write(wanted.output)
     if wanted.blend:
         scene_head.place(bpy.context.scene, result)
         bpy.ops.wm.save_as_mainfile(filepath=bpy.path.abspath(wanted.blend))
-    print("\n".join([*actions.report_lines(result.report), *actions.warnings(result.report)]))
-    return 0
+    return [*actions.report_lines(result.report), *actions.warnings(result.report)]
+
+
+def calibrate(wanted: argparse.Namespace) -> list[str]:
+    """What is to be said of a camera that was written."""
+    columns, rows = wanted.squares or wanted.inner
+    gap_mm = wanted.gap_mm or wanted.square_mm if wanted.squares else None
+    board = camera_actions.BoardSettings(columns, rows, wanted.square_mm, gap_mm)
+    text = wait(camera_actions.calibrated(wanted.pictures, board))
+    if wanted.picture:
+        camera_actions.save_picture(wanted.picture, text)
+    camera_actions.save_camera(wanted.output, text)
+    if wanted.blend:
+        camera_actions.set_camera(bpy.context.scene, text)
+        camera_actions.show_boards(bpy.context.scene)
+        bpy.ops.wm.save_as_mainfile(filepath=bpy.path.abspath(wanted.blend))
+    return [*camera_actions.summary(text), *camera_actions.warnings(text)]

@@ -23,6 +23,8 @@ class Running:
     stage: ClassVar[str] = ""
     fraction: ClassVar[float] = 0.0
     active: ClassVar[bool] = False
+    # The operator's class: a panel shows the progress of its own.
+    operator: ClassVar[type | None] = None
 
 
 class WorkOperator:
@@ -57,6 +59,7 @@ class WorkOperator:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         Running.active, Running.stage, Running.fraction = True, "starting", 0.0
+        Running.operator = type(self)
         self._timer = context.window_manager.event_timer_add(POLL_SECONDS, window=context.window)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
@@ -108,7 +111,7 @@ class WorkOperator:
         if self._timer is not None:
             context.window_manager.event_timer_remove(self._timer)
             self._timer = None
-        Running.active = False
+        Running.active, Running.operator = False, None
         redraw(context)
 
 

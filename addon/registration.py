@@ -7,10 +7,23 @@ from .calibrate.operators import (
     FACEWRIGHT_OT_calibrate,
     FACEWRIGHT_OT_forget_camera,
     FACEWRIGHT_OT_open_camera,
+    FACEWRIGHT_OT_remove_boards,
     FACEWRIGHT_OT_save_board,
+    FACEWRIGHT_OT_save_calibration_picture,
+    FACEWRIGHT_OT_save_camera,
+    FACEWRIGHT_OT_set_clip_lens,
+    FACEWRIGHT_OT_set_scene_camera,
+    FACEWRIGHT_OT_show_boards,
 )
-from .calibrate.panel import FACEWRIGHT_PT_camera
-from .calibrate.properties import FacewrightCamera
+from .calibrate.panel import (
+    FACEWRIGHT_PT_board,
+    FACEWRIGHT_PT_calibrated_scene,
+    FACEWRIGHT_PT_camera,
+    FACEWRIGHT_PT_pictures,
+    FACEWRIGHT_UL_board_pictures,
+    draw_clip_menu,
+)
+from .calibrate.properties import FacewrightBoardPicture, FacewrightCamera
 from .reconstruct.operators import (
     FACEWRIGHT_OT_expression,
     FACEWRIGHT_OT_reconstruct,
@@ -25,15 +38,26 @@ from .reconstruct.panel import (
 from .reconstruct.properties import FacewrightClip
 
 CLASSES: tuple[type, ...] = (
+    FacewrightBoardPicture,
     FacewrightCamera,
     FacewrightClip,
     FACEWRIGHT_OT_calibrate,
     FACEWRIGHT_OT_open_camera,
     FACEWRIGHT_OT_forget_camera,
+    FACEWRIGHT_OT_save_camera,
+    FACEWRIGHT_OT_save_calibration_picture,
     FACEWRIGHT_OT_save_board,
+    FACEWRIGHT_OT_show_boards,
+    FACEWRIGHT_OT_remove_boards,
+    FACEWRIGHT_OT_set_scene_camera,
+    FACEWRIGHT_OT_set_clip_lens,
     FACEWRIGHT_OT_reconstruct,
     FACEWRIGHT_OT_expression,
+    FACEWRIGHT_UL_board_pictures,
     FACEWRIGHT_PT_camera,
+    FACEWRIGHT_PT_board,
+    FACEWRIGHT_PT_pictures,
+    FACEWRIGHT_PT_calibrated_scene,
     FACEWRIGHT_PT_clip,
     FACEWRIGHT_PT_advanced,
     FACEWRIGHT_PT_report,
@@ -47,11 +71,13 @@ def register() -> None:
     bpy.types.Scene.facewright_camera = bpy.props.PointerProperty(type=FacewrightCamera)
     bpy.types.Scene.facewright_clip = bpy.props.PointerProperty(type=FacewrightClip)
     bpy.types.VIEW3D_MT_mesh_add.append(draw_menu)
+    bpy.types.CLIP_MT_clip.append(draw_clip_menu)
     cli.register()
 
 
 def unregister() -> None:
     cli.unregister()
+    bpy.types.CLIP_MT_clip.remove(draw_clip_menu)
     bpy.types.VIEW3D_MT_mesh_add.remove(draw_menu)
     del bpy.types.Scene.facewright_clip
     del bpy.types.Scene.facewright_camera

@@ -1,47 +1,100 @@
 """The camera's buttons."""
 
+from collections.abc import Callable
+
 import bpy
 
 from ..engine import FacewrightError
 from ..jobs import Work
 from ..modal import Result, WorkOperator, idle
+from ..scene import boards as scene_boards
+from ..scene import camera as scene_camera
+from ..scene import video
 from . import actions
 
 
 class FACEWRIGHT_OT_calibrate(WorkOperator, bpy.types.Operator):
-    """Calibrate the camera from pictures of the printed board"""
+    """Calibrate the camera from pictures of the printed board, or from a clip of it"""
 
     bl_idname = "facewright.calibrate"
     bl_label = "Calibrate"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"UNDO"}
 
     directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE", "HIDDEN"})
     files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"SKIP_SAVE", "HIDDEN"})
-    filter_image: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
-    filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE", "HIDDEN"})
+    clip: bpy.props.StringProperty(
+        name="Movie Clip", description="A movie clip of this file that shows the board", options={"SKIP_SAVE", "HIDDEN"}
+    )
+    filter_image: bpy.props.BoolProperty(default=True, options={"HIDDEN", "SKIP_SAVE"})
+    filter_movie: bpy.props.BoolProperty(default=False, options={"HIDDEN", "SKIP_SAVE"})
+    filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN", "SKIP_SAVE"})
+
+    _asked = False
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return idle(cls)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> Result:
-        if not self.directory:
-            context.window_manager.fileselect_add(self)
-            return {"RUNNING_MODAL"}
-        return super().invoke(context, event)
+        if self.directory or self.filepath or self.clip:
+            return super().invoke(context, event)
+        self._asked = True
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: bpy.types.Context) -> Result:
+        if not self._asked:
+            return super().execute(context)
+        # The file browser executes what it was asked for; invoked instead, the work shows its progress.
+        files = [{"name": file.name} for file in self.files]
+        bpy.ops.facewright.calibrate("INVOKE_DEFAULT", directory=self.directory, files=files, filepath=self.filepath)
+        return {"CANCELLED"}
 
     def start(self, context: bpy.types.Context) -> Work[str]:
-        settings = context.scene.facewright_camera
-        folder = bpy.path.abspath(self.directory)
-        pictures = [bpy.path.native_pathsep(f"{folder}/{f.name}") for f in self.files if f.name] or [folder]
-        return actions.calibrated(pictures, settings.columns, settings.rows, settings.square_mm)
+        board = actions.BoardSettings.of(context.scene.facewright_camera)
+        return actions.calibrated(self._pictures(), board)
 
     def finish(self, context: bpy.types.Context, result: str) -> str:
-        context.scene.facewright_camera.text = result
-        return ", ".join(actions.summary(result)[:2])
+        actions.set_camera(context.scene, result)
+        return ", ".join(actions.summary(result))
+
+    def _pictures(self) -> list[str]:
+        if self.clip:
+            clip = bpy.data.movieclips.get(self.clip)
+            return video.clip_files(clip) if clip else []
+        folder = bpy.path.abspath(self.directory)
+        if chosen := [bpy.path.native_pathsep(f"{folder}/{file.name}") for file in self.files if file.name]:
+            return chosen
+        path = bpy.path.abspath(self.filepath) or folder
+        return [path] if path else []
 
 
-class FACEWRIGHT_OT_open_camera(bpy.types.Operator):
+class FileOperator:
+    """Mix-in: asks for a path, then `work` reads or writes it and gives the message."""
+
+    filepath: str
+    # Of `bpy.types.Operator`, the other base.
+    report: Callable[[set[str], str], None]
+
+    def work(self, context: bpy.types.Context, path: str) -> str:
+        raise NotImplementedError
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> Result:
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: bpy.types.Context) -> Result:
+        try:
+            message = self.work(context, bpy.path.abspath(self.filepath))
+        except FacewrightError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self.report({"INFO"}, message)
+        return {"FINISHED"}
+
+
+class FACEWRIGHT_OT_open_camera(FileOperator, bpy.types.Operator):
     """Open a camera.json"""
 
     bl_idname = "facewright.open_camera"
@@ -51,17 +104,10 @@ class FACEWRIGHT_OT_open_camera(bpy.types.Operator):
     filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
     filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
 
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> Result:
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
-
-    def execute(self, context: bpy.types.Context) -> Result:
-        try:
-            context.scene.facewright_camera.text = actions.read_camera(bpy.path.abspath(self.filepath))
-        except FacewrightError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        return {"FINISHED"}
+    def work(self, context: bpy.types.Context, path: str) -> str:
+        text = actions.read_camera(path)
+        actions.set_camera(context.scene, text)
+        return ", ".join(actions.summary(text))
 
 
 class FACEWRIGHT_OT_forget_camera(bpy.types.Operator):
@@ -76,8 +122,48 @@ class FACEWRIGHT_OT_forget_camera(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class FACEWRIGHT_OT_save_board(bpy.types.Operator):
-    """Save a checkerboard to print, exact at 100 % print scale, as PDF, SVG or PNG"""
+class FACEWRIGHT_OT_save_camera(FileOperator, bpy.types.Operator):
+    """Save the camera as camera.json, for other scenes and the command line"""
+
+    bl_idname = "facewright.save_camera"
+    bl_label = "Save Camera"
+    bl_options = {"REGISTER"}
+
+    filepath: bpy.props.StringProperty(subtype="FILE_PATH", default="camera.json", options={"SKIP_SAVE"})
+    filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
+    check_existing: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return has_camera(cls, context)
+
+    def work(self, context: bpy.types.Context, path: str) -> str:
+        actions.save_camera(path, context.scene.facewright_camera.text)
+        return f"{path} saved"
+
+
+class FACEWRIGHT_OT_save_calibration_picture(FileOperator, bpy.types.Operator):
+    """Save one page with the boards, their corners, the errors and the numbers, as PDF, SVG or PNG"""
+
+    bl_idname = "facewright.save_calibration_picture"
+    bl_label = "Save Picture"
+    bl_options = {"REGISTER"}
+
+    filepath: bpy.props.StringProperty(subtype="FILE_PATH", default="calibration.pdf", options={"SKIP_SAVE"})
+    filter_glob: bpy.props.StringProperty(default="*.pdf;*.svg;*.png", options={"HIDDEN"})
+    check_existing: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return has_boards(cls, context)
+
+    def work(self, context: bpy.types.Context, path: str) -> str:
+        actions.save_picture(path, context.scene.facewright_camera.text)
+        return f"{path} saved"
+
+
+class FACEWRIGHT_OT_save_board(FileOperator, bpy.types.Operator):
+    """Save a board to print, exact at 100 % print scale, as PDF, SVG or PNG"""
 
     bl_idname = "facewright.save_board"
     bl_label = "Save Board to Print"
@@ -85,18 +171,123 @@ class FACEWRIGHT_OT_save_board(bpy.types.Operator):
 
     filepath: bpy.props.StringProperty(subtype="FILE_PATH", default="board.pdf", options={"SKIP_SAVE"})
     filter_glob: bpy.props.StringProperty(default="*.pdf;*.svg;*.png", options={"HIDDEN"})
+    check_existing: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
 
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> Result:
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
+    def work(self, context: bpy.types.Context, path: str) -> str:
+        settings = context.scene.facewright_camera
+        actions.save_board(path, actions.BoardSettings.of(settings), settings.page)
+        return f"{path}: print at 100 % and check the rulers"
+
+
+class FACEWRIGHT_OT_show_boards(bpy.types.Operator):
+    """Put the camera and the boards into the scene as they were when they were photographed"""
+
+    bl_idname = "facewright.show_boards"
+    bl_label = "Show Boards"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return in_object_mode(cls, context) and has_boards(cls, context)
+
+    def execute(self, context: bpy.types.Context) -> Result:
+        actions.show_boards(context.scene)
+        return {"FINISHED"}
+
+
+class FACEWRIGHT_OT_remove_boards(bpy.types.Operator):
+    """Take the calibrated camera and the boards out of the scene again"""
+
+    bl_idname = "facewright.remove_boards"
+    bl_label = "Remove Boards"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if scene_boards.collection(context.scene) is None:
+            cls.poll_message_set("No boards are in the scene")
+            return False
+        return in_object_mode(cls, context)
+
+    def execute(self, context: bpy.types.Context) -> Result:
+        scene_boards.remove(context.scene)
+        return {"FINISHED"}
+
+
+class FACEWRIGHT_OT_set_scene_camera(bpy.types.Operator):
+    """Give the scene's camera the calibrated focal length and principal point, and the render the picture's size.
+
+    Renders have no lens distortion: they fit undistorted footage"""
+
+    bl_idname = "facewright.set_scene_camera"
+    bl_label = "Set Scene Camera"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return in_object_mode(cls, context) and has_camera(cls, context)
+
+    def execute(self, context: bpy.types.Context) -> Result:
+        calibration = actions.known(context.scene.facewright_camera.text)
+        assert calibration is not None, "poll has seen it"
+        obj = scene_camera.set_scene_camera(context.scene, calibration.camera)
+        self.report({"INFO"}, f"{obj.name} has {obj.data.lens:.2f} mm")
+        return {"FINISHED"}
+
+
+class FACEWRIGHT_OT_set_clip_lens(bpy.types.Operator):
+    """Give a movie clip the calibrated camera with its lens distortion, for tracking and undistortion"""
+
+    bl_idname = "facewright.set_clip_lens"
+    bl_label = "Set Clip Lens"
+    bl_options = {"REGISTER", "UNDO"}
+
+    clip: bpy.props.StringProperty(
+        name="Movie Clip", description="The clip; the one chosen in the panel if empty", options={"SKIP_SAVE"}
+    )
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return has_camera(cls, context)
 
     def execute(self, context: bpy.types.Context) -> Result:
         settings = context.scene.facewright_camera
+        calibration = actions.known(settings.text)
+        clip = bpy.data.movieclips.get(self.clip) if self.clip else settings.clip
+        assert calibration is not None, "poll has seen it"
+        if clip is None:
+            self.report({"ERROR"}, "choose the movie clip that this camera filmed")
+            return {"CANCELLED"}
         try:
-            path = bpy.path.abspath(self.filepath)
-            actions.save_board(path, settings.columns, settings.rows, settings.square_mm, settings.page)
+            scene_camera.set_clip_lens(clip, calibration.camera)
         except FacewrightError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        self.report({"INFO"}, f"{self.filepath}: print at 100 % and check the rulers")
+        self.report({"INFO"}, f"{clip.name} has {clip.tracking.camera.focal_length_pixels:.1f} px")
         return {"FINISHED"}
+
+
+def in_object_mode(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
+    """Whether objects may be made; tells the artist otherwise."""
+    if context.mode != "OBJECT":
+        operator.poll_message_set("Go to Object Mode first")
+        return False
+    return True
+
+
+def has_camera(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
+    """Whether the camera is known; tells the artist otherwise."""
+    if actions.known(context.scene.facewright_camera.text) is None:
+        operator.poll_message_set("Calibrate or open a camera first")
+        return False
+    return True
+
+
+def has_boards(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
+    """Whether the camera is known with the boards it was calibrated from; tells the artist otherwise."""
+    if not has_camera(operator, context):
+        return False
+    if not any(picture.used for picture in context.scene.facewright_camera.pictures):
+        operator.poll_message_set("This camera file does not tell of boards: calibrate, or open one that does")
+        return False
+    return True

@@ -11,6 +11,7 @@ from facewright import check_folder as check_folder
 from facewright import generic_head as _generic_head
 from facewright import reconstruct as _reconstruct
 from facewright import save_board as _save_board
+from facewright import save_calibration_picture as save_calibration_picture
 
 __all__ = [
     "Cancelled",
@@ -23,6 +24,7 @@ __all__ = [
     "generic_head",
     "reconstruct",
     "save_board",
+    "save_calibration_picture",
 ]
 
 Method = Literal["default", "paper"]
@@ -53,9 +55,19 @@ def reconstruct(
     )
 
 
-def calibrate(pictures: Sequence[str], *, inner: tuple[int, int], square_mm: float) -> Job[str]:
-    """Start to calibrate a camera from board pictures; the result is the text of a camera.json."""
-    return _calibrate(list(pictures), inner=inner, square_mm=square_mm)
+def calibrate(
+    pictures: Sequence[str],
+    *,
+    inner: tuple[int, int] = (9, 6),
+    squares: tuple[int, int] | None = None,
+    gap_mm: float | None = None,
+    square_mm: float,
+) -> Job[str]:
+    """Start to calibrate a camera from board pictures; the result is the text of a camera.json.
+
+    The board has `inner` corners, or separate `squares`.
+    """
+    return _calibrate(list(pictures), inner=inner, squares=squares, gap_mm=gap_mm, square_mm=square_mm)
 
 
 def generic_head() -> Reconstruction:
@@ -63,6 +75,14 @@ def generic_head() -> Reconstruction:
     return _generic_head(assets_folder())
 
 
-def save_board(path: str, *, inner: tuple[int, int], square_mm: float, page: Page) -> None:
-    """Write a checkerboard to print, as the SVG, PDF or PNG that the path's extension says."""
-    _save_board(path, inner=inner, square_mm=square_mm, page=page)
+def save_board(
+    path: str,
+    *,
+    inner: tuple[int, int] = (9, 6),
+    squares: tuple[int, int] | None = None,
+    gap_mm: float | None = None,
+    square_mm: float,
+    page: Page,
+) -> None:
+    """Write a board to print, as the SVG, PDF or PNG that the path's extension says."""
+    _save_board(path, inner=inner, squares=squares, gap_mm=gap_mm, square_mm=square_mm, page=page)

@@ -27,7 +27,7 @@ class FACEWRIGHT_PT_clip(Side, bpy.types.Panel):
             row.prop(clip, "first")
             row.prop(clip, "last")
         # The bar takes the button's place: a button under a resting mouse would stay grey after the work.
-        if Running.active:
+        if Running.operator is FACEWRIGHT_OT_reconstruct:
             draw_progress(layout)
             return
         row = layout.row()

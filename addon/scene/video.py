@@ -3,6 +3,7 @@
 Frames are named `frame_NNNNNN` by their number in the clip, counted from 0.
 """
 
+import re
 import tempfile
 from collections.abc import Generator, Iterable
 from pathlib import Path
@@ -24,6 +25,19 @@ def frame_count(path: str) -> int:
         return clip.frame_duration if clip.size[0] > 0 else 0
     finally:
         bpy.data.movieclips.remove(clip)
+
+
+def clip_files(clip: bpy.types.MovieClip) -> list[str]:
+    """A movie clip's video, or the images of its sequence, as absolute paths."""
+    first = Path(bpy.path.abspath(clip.filepath))
+    if clip.source != "SEQUENCE":
+        return [str(first)]
+    digits = re.search(r"\d+$", first.stem)
+    if digits is None:
+        return [str(first)]
+    stem, number, width = first.stem[: digits.start()], int(digits[0]), len(digits[0])
+    names = (f"{stem}{number + k:0{width}}{first.suffix}" for k in range(clip.frame_duration))
+    return [str(path) for name in names if (path := first.with_name(name)).exists()]
 
 
 def decode(path: str, numbers: Iterable[int]) -> Generator[tuple[str, float], None, tempfile.TemporaryDirectory[str]]:

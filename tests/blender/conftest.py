@@ -57,7 +57,17 @@ def generic_face(scene_head: ModuleType, engine: ModuleType) -> bpy.types.Object
 
 def snapshot() -> dict[str, int]:
     """How much of each kind of data there is: what a failed or cancelled operator must not change."""
-    kinds = ("objects", "meshes", "materials", "scenes", "shape_keys", "actions", "movieclips")
+    kinds = (
+        "objects",
+        "meshes",
+        "cameras",
+        "materials",
+        "collections",
+        "scenes",
+        "shape_keys",
+        "actions",
+        "movieclips",
+    )
     counts = {name: len(getattr(bpy.data, name)) for name in kinds}
     # Blender keeps one "Render Result" once anything was rendered; it is never saved.
     return counts | {"images": sum(image.type != "RENDER_RESULT" for image in bpy.data.images)}

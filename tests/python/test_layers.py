@@ -15,7 +15,7 @@ ALLOWED = {
     "panel": {"operators", "actions", "scene", "modal"},
     "operators": {"actions", "scene", "engine", "jobs", "modal"},
     "actions": {"scene", "engine", "jobs"},
-    "properties": set(),
+    "properties": {"actions"},
     "scene": {"scene", "engine"},
     "engine": set(),
     "jobs": {"engine"},

@@ -4,11 +4,13 @@ mod job;
 mod reconstruction;
 
 use facewright::board::{Page, SheetOptions, sheet};
-use facewright::calibration_picture;
+use facewright::calibration_picture::{DPI, of_camera, of_rig};
+use facewright::drawing::Format;
 use facewright::{
-    Assets, CalibrateOptions, FacewrightError as CoreError, FrameSet, Method, ReconstructOptions, SourcedCamera,
+    Assets, CalibrateOptions, CalibratedCamera, CalibratedRig, FacewrightError as CoreError, FrameSet, Method,
+    ReconstructOptions, RigInput, SourcedCamera,
 };
-use geometry::Board;
+use geometry::{Board, Progress};
 use job::{Job, Output};
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyValueError};
@@ -68,16 +70,57 @@ fn calibrate(
     square_mm: f64,
     picture: Option<PathBuf>,
 ) -> PyResult<Job> {
-    let board = board(inner, squares, gap_mm, square_mm);
-    let options = CalibrateOptions { boards: vec![board], ..CalibrateOptions::default() };
+    // Another kind of picture is refused before the work, not after it.
+    picture.as_deref().map(Format::of).transpose().map_err(|e| raise(&e))?;
+    let options = options(board(inner, squares, gap_mm, square_mm));
     Job::start(move |progress| {
         let frames = FrameSet::open(&pictures, progress)?;
         let calibrated = facewright::calibrate(&frames, &options, progress)?;
-        if let Some(path) = picture {
-            calibration_picture::of_camera(&calibrated).write(&path, calibration_picture::DPI)?;
-        }
+        picture.map_or(Ok(()), |path| of_camera(&calibrated).write(&path, DPI))?;
         Ok(Output::Text(serde_json::to_string(&calibrated).unwrap_or_default()))
     })
+}
+
+#[pyfunction]
+#[pyo3(signature = (cameras, *, inner = (9, 6), squares = None, gap_mm = None, square_mm = 25.5, picture = None))]
+fn calibrate_rig(
+    cameras: Vec<(String, Vec<PathBuf>)>,
+    inner: (u32, u32),
+    squares: Option<(u32, u32)>,
+    gap_mm: Option<f64>,
+    square_mm: f64,
+    picture: Option<PathBuf>,
+) -> PyResult<Job> {
+    picture.as_deref().map(Format::of).transpose().map_err(|e| raise(&e))?;
+    let options = options(board(inner, squares, gap_mm, square_mm));
+    Job::start(move |progress| {
+        let inputs: Vec<RigInput> = cameras.into_iter().map(|c| rig_input(c, progress)).collect::<Result<_, _>>()?;
+        let calibrated = facewright::calibrate_rig(&inputs, &options, progress)?;
+        picture.map_or(Ok(()), |path| of_rig(&calibrated).write(&path, DPI))?;
+        Ok(Output::Text(serde_json::to_string(&calibrated).unwrap_or_default()))
+    })
+}
+
+fn rig_input((name, pictures): (String, Vec<PathBuf>), progress: &Progress) -> Result<RigInput, CoreError> {
+    Ok(RigInput { name, pictures: FrameSet::open(&pictures, progress)? })
+}
+
+fn options(board: Board) -> CalibrateOptions {
+    CalibrateOptions { boards: vec![board], ..CalibrateOptions::default() }
+}
+
+#[pyfunction]
+fn save_calibration_picture(py: Python<'_>, text: &str, path: PathBuf) -> PyResult<()> {
+    let refused = |e: serde_json::Error| {
+        FacewrightError::new_err(format!("this camera does not tell of the boards it was calibrated from: {e}"))
+    };
+    let value: serde_json::Value = serde_json::from_str(text).map_err(refused)?;
+    let drawing = if value.get("cameras").is_some() {
+        of_rig(&serde_json::from_value::<CalibratedRig>(value).map_err(refused)?)
+    } else {
+        of_camera(&serde_json::from_value::<CalibratedCamera>(value).map_err(refused)?)
+    };
+    py.detach(|| drawing.write(&path, DPI)).map_err(|e| raise(&e))
 }
 
 #[pyfunction]
@@ -125,6 +168,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(version, module)?)?;
     module.add_function(wrap_pyfunction!(save_board, module)?)?;
     module.add_function(wrap_pyfunction!(calibrate, module)?)?;
+    module.add_function(wrap_pyfunction!(calibrate_rig, module)?)?;
+    module.add_function(wrap_pyfunction!(save_calibration_picture, module)?)?;
     module.add_function(wrap_pyfunction!(reconstruct, module)?)?;
     module.add_function(wrap_pyfunction!(check_folder, module)?)?;
     module.add_function(wrap_pyfunction!(generic_head, module)?)

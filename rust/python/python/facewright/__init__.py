@@ -1,6 +1,7 @@
 """Facewright's library: from a filmed head to an animatable head.
 
-Long work runs in a :class:`Job` on a thread of its own, which never touches Python; poll it, cancel it, take its result.
+Long work runs in a :class:`Job` on a thread of its own, which never touches Python; poll it, cancel it, take its
+result.
 """
 
 from facewright._native import (
@@ -9,10 +10,12 @@ from facewright._native import (
     Job,
     Reconstruction,
     calibrate,
+    calibrate_rig,
     check_folder,
     generic_head,
     reconstruct,
     save_board,
+    save_calibration_picture,
     version,
 )
 
@@ -22,9 +25,11 @@ __all__ = [
     "Job",
     "Reconstruction",
     "calibrate",
+    "calibrate_rig",
     "check_folder",
     "generic_head",
     "reconstruct",
     "save_board",
+    "save_calibration_picture",
     "version",
 ]

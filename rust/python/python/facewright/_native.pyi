@@ -86,8 +86,38 @@ def save_board(
 def check_folder(folder: str) -> None:
     """Raise :class:`FacewrightError` when a result folder cannot be written; nothing is left behind."""
 
-def calibrate(pictures: Sequence[str], *, inner: tuple[int, int] = (9, 6), square_mm: float = 25.5) -> Job[str]:
-    """Calibrate a camera from pictures of a board; the result is camera.json as text."""
+def calibrate(
+    pictures: Sequence[str],
+    *,
+    inner: tuple[int, int] = (9, 6),
+    squares: tuple[int, int] | None = None,
+    gap_mm: float | None = None,
+    square_mm: float = 25.5,
+    picture: str | None = None,
+) -> Job[str]:
+    """Calibrate a camera from image files, folders or videos of a board; the result is camera.json as text.
+
+    The board is described as for :func:`save_board`. The result is also drawn into `picture`, as by
+    :func:`save_calibration_picture`.
+    """
+
+def calibrate_rig(
+    cameras: Sequence[tuple[str, Sequence[str]]],
+    *,
+    inner: tuple[int, int] = (9, 6),
+    squares: tuple[int, int] | None = None,
+    gap_mm: float | None = None,
+    square_mm: float = 25.5,
+    picture: str | None = None,
+) -> Job[str]:
+    """Calibrate cameras that saw one board at the same moments, and where they stand; the result is rig.json as text.
+
+    `cameras` are (name, pictures). Pictures with the same number at the end of their names belong to one moment;
+    without numbers, the k-th ones of all cameras do.
+    """
+
+def save_calibration_picture(text: str, path: str) -> None:
+    """Draw a camera.json or rig.json, given as text, into the SVG, PDF or PNG that the path's extension says."""
 
 def reconstruct(
     frames: Sequence[str],

@@ -1,0 +1,74 @@
+"""A calibrated camera as Blender's camera, and as the lens of a movie clip."""
+
+import bpy
+
+from ..engine import FacewrightError
+from ..engine.calibration import Camera
+
+
+def new(name: str) -> bpy.types.Object:
+    """A camera object that is in no scene yet."""
+    return bpy.data.objects.new(name, bpy.data.cameras.new(name))
+
+
+def set_lens(data: bpy.types.Camera, camera: Camera) -> None:
+    """Give a camera the focal length and the principal point; its sensor stays. `set_render` belongs to it.
+
+    Blender measures the focal length by the side of the sensor that its fit says, and shifts in parts of that side.
+    """
+    aspect = camera.fx / camera.fy
+    sensor, side = data.sensor_width, float(camera.width)
+    portrait = camera.width < camera.height * aspect
+    if data.sensor_fit == "VERTICAL" or (data.sensor_fit == "AUTO" and portrait):
+        side = camera.height * aspect
+    if data.sensor_fit == "VERTICAL":
+        sensor = data.sensor_height
+    data.type = "PERSP"
+    data.lens_unit = "MILLIMETERS"
+    data.lens = camera.fx * sensor / side
+    # The library's pixel centres are at integers: the picture's left edge is at −½.
+    data.shift_x = (camera.width / 2 - (camera.cx + 0.5)) / side
+    data.shift_y = ((camera.cy + 0.5) - camera.height / 2) * aspect / side
+
+
+def set_render(render: bpy.types.RenderSettings, camera: Camera) -> None:
+    """Render pictures of the camera's size and the shape of its pixels."""
+    render.resolution_x, render.resolution_y = camera.width, camera.height
+    render.resolution_percentage = 100
+    # Blender wants neither below 1.
+    render.pixel_aspect_x = max(1.0, camera.fy / camera.fx)
+    render.pixel_aspect_y = max(1.0, camera.fx / camera.fy)
+
+
+def set_scene_camera(scene: bpy.types.Scene, camera: Camera) -> bpy.types.Object:
+    """Set the scene's camera, a new one at the origin if there is none, and the render size."""
+    if scene.camera is None or scene.camera.type != "CAMERA":
+        scene.camera = new("Camera")
+        scene.collection.objects.link(scene.camera)
+    set_lens(scene.camera.data, camera)
+    set_render(scene.render, camera)
+    return scene.camera
+
+
+def set_clip_lens(clip: bpy.types.MovieClip, camera: Camera) -> None:
+    """Give a movie clip the camera and its lens distortion, for tracking, undistortion and solving."""
+    size = (clip.size[0], clip.size[1])
+    if size != (camera.width, camera.height):
+        raise FacewrightError(
+            f"{clip.name} is {size[0]} × {size[1]}, the camera was calibrated at {camera.width} × {camera.height}: "
+            "calibrate from pictures of the clip's size"
+        )
+    lens = clip.tracking.camera
+    lens.units = "MILLIMETERS"
+    lens.pixel_aspect = camera.fy / camera.fx
+    lens.focal_length_pixels = camera.fx
+    # From the lower left corner of the picture.
+    lens.principal_point_pixels = (camera.cx + 0.5, camera.height - (camera.cy + 0.5))
+    if camera.p1 == 0.0 and camera.p2 == 0.0:
+        lens.distortion_model = "POLYNOMIAL"
+        lens.k1, lens.k2, lens.k3 = camera.k1, camera.k2, camera.k3
+        return
+    lens.distortion_model = "BROWN"
+    lens.brown_k1, lens.brown_k2, lens.brown_k3, lens.brown_k4 = camera.k1, camera.k2, camera.k3, 0.0
+    # Blender names the tangential terms the other way round, and its y points up.
+    lens.brown_p1, lens.brown_p2 = camera.p2, -camera.p1
