@@ -263,7 +263,11 @@ class FACEWRIGHT_OT_set_clip_lens(bpy.types.Operator):
         except FacewrightError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        self.report({"INFO"}, f"{clip.name} has {clip.tracking.camera.focal_length_pixels:.1f} px")
+        if scene_camera.has_square_pixels(calibration.camera):
+            self.report({"INFO"}, f"{clip.name} has {clip.tracking.camera.focal_length_pixels:.1f} px")
+        else:
+            sentence = "its pixels are not square: Blender solves with that, but undistorts as if they were"
+            self.report({"WARNING"}, f"{clip.name} has the lens; {sentence}")
         return {"FINISHED"}
 
 

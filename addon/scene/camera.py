@@ -50,6 +50,15 @@ def set_scene_camera(scene: bpy.types.Scene, camera: Camera) -> bpy.types.Object
     return scene.camera
 
 
+# Blender 5.0 tracks and solves with the shape of pixels, but undistorts as if they were square.
+SQUARE = 0.005
+
+
+def has_square_pixels(camera: Camera) -> bool:
+    """Whether Blender's undistortion of a clip is right to some hundredths of a pixel."""
+    return abs(camera.fy / camera.fx - 1.0) < SQUARE
+
+
 def set_clip_lens(clip: bpy.types.MovieClip, camera: Camera) -> None:
     """Give a movie clip the camera and its lens distortion, for tracking, undistortion and solving."""
     size = (clip.size[0], clip.size[1])
