@@ -3,6 +3,7 @@
 import bpy
 
 from . import cli
+from .calibrate import following
 from .calibrate.operators import (
     FACEWRIGHT_OT_calibrate,
     FACEWRIGHT_OT_forget_camera,
@@ -72,11 +73,13 @@ def register() -> None:
     bpy.types.Scene.facewright_clip = bpy.props.PointerProperty(type=FacewrightClip)
     bpy.types.VIEW3D_MT_mesh_add.append(draw_menu)
     bpy.types.CLIP_MT_clip.append(draw_clip_menu)
+    following.register()
     cli.register()
 
 
 def unregister() -> None:
     cli.unregister()
+    following.unregister()
     bpy.types.CLIP_MT_clip.remove(draw_clip_menu)
     bpy.types.VIEW3D_MT_mesh_add.remove(draw_menu)
     del bpy.types.Scene.facewright_clip

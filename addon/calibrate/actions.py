@@ -171,6 +171,14 @@ def select_board(settings: Any, context: Any) -> None:
         scene_boards.select(settings.id_data, context.view_layer, settings.pictures[settings.active].name)
 
 
+def follow_board(scene: Any, obj: Any) -> None:
+    """Make the row of a board object the active one; other objects change nothing."""
+    settings = scene.facewright_camera
+    row = settings.pictures.find(scene_boards.picture_of(obj)) if obj is not None else -1
+    if row not in (-1, settings.active):
+        settings.active = row
+
+
 def set_wire(settings: Any) -> None:
     """Show the boards in the scene as wires, or solid."""
     scene_boards.set_wire(settings.id_data, settings.wire)

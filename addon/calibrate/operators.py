@@ -248,6 +248,9 @@ class FACEWRIGHT_OT_set_clip_lens(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
+        if not bpy.data.movieclips:
+            cls.poll_message_set("Open the movie clip that this camera filmed first")
+            return False
         return has_camera(cls, context)
 
     def execute(self, context: bpy.types.Context) -> Result:

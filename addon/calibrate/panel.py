@@ -143,9 +143,7 @@ class FACEWRIGHT_PT_calibrated_scene(Child, bpy.types.Panel):
         layout.operator(FACEWRIGHT_OT_set_scene_camera.bl_idname, icon="CAMERA_DATA")
         column = layout.column(align=True)
         column.template_ID(settings, "clip", open="clip.open")
-        row = column.row(align=True)
-        row.enabled = settings.clip is not None
-        row.operator(FACEWRIGHT_OT_set_clip_lens.bl_idname, icon="TRACKER")
+        column.operator(FACEWRIGHT_OT_set_clip_lens.bl_idname, icon="TRACKER")
 
 
 def draw_cells(layout: bpy.types.UILayout, texts: list[str]) -> None:

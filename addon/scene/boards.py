@@ -33,6 +33,11 @@ def boards(scene: bpy.types.Scene) -> dict[str, bpy.types.Object]:
     return {str(o[BOARD]): o for o in home.objects if o.get(BOARD)} if home else {}
 
 
+def picture_of(obj: bpy.types.Object) -> str:
+    """The picture that a board object stands for; empty for other objects."""
+    return str(obj.get(BOARD, ""))
+
+
 def place(scene: bpy.types.Scene, calibration: Calibration, wire: bool) -> bpy.types.Object:
     """Put the camera and its boards into a scene, or bring those that are there up to date; gives back the camera.
 
@@ -82,13 +87,16 @@ def set_wire(scene: bpy.types.Scene, wire: bool) -> None:
 
 
 def select(scene: bpy.types.Scene, layer: bpy.types.ViewLayer, name: str) -> None:
-    """Select the board of a picture alone among the boards, if it is shown."""
+    """Select the board of a picture alone among the boards, if it is shown; not where it is active already."""
     shown = boards(scene)
+    chosen = shown.get(name)
+    if chosen is not None and layer.objects.active is chosen and chosen.select_get(view_layer=layer):
+        return
     for obj in shown.values():
         if layer.objects.get(obj.name) is obj:
-            obj.select_set(obj is shown.get(name), view_layer=layer)
-    if name in shown and layer.objects.get(shown[name].name) is shown[name]:
-        layer.objects.active = shown[name]
+            obj.select_set(obj is chosen, view_layer=layer)
+    if chosen is not None and layer.objects.get(chosen.name) is chosen:
+        layer.objects.active = chosen
 
 
 def _new_collection(scene: bpy.types.Scene) -> bpy.types.Collection:

@@ -16,6 +16,7 @@ ALLOWED = {
     "operators": {"actions", "scene", "engine", "jobs", "modal"},
     "actions": {"scene", "engine", "jobs"},
     "properties": {"actions"},
+    "following": {"actions"},
     "scene": {"scene", "engine"},
     "engine": set(),
     "jobs": {"engine"},
