@@ -2,12 +2,13 @@
 
 import argparse
 import sys
+from pathlib import Path
 from typing import Any
 
 import bpy
 
 from .calibrate import actions as camera_actions
-from .engine import FacewrightError
+from .engine import FacewrightError, check_folder
 from .jobs import wait
 from .reconstruct import actions
 from .scene import head as scene_head
@@ -110,9 +111,8 @@ def calibrate(wanted: argparse.Namespace) -> list[str]:
     columns, rows = wanted.squares or wanted.inner
     gap_mm = wanted.gap_mm or wanted.square_mm if wanted.squares else None
     board = camera_actions.BoardSettings(columns, rows, wanted.square_mm, gap_mm)
-    text = wait(camera_actions.calibrated(wanted.pictures, board))
-    if wanted.picture:
-        camera_actions.save_picture(wanted.picture, text)
+    check_folder(str(Path(wanted.output).resolve().parent))
+    text = wait(camera_actions.calibrated(wanted.pictures, board, wanted.picture))
     camera_actions.save_camera(wanted.output, text)
     if wanted.blend:
         camera_actions.set_camera(bpy.context.scene, text)

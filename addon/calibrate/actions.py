@@ -43,8 +43,11 @@ class BoardSettings:
         return {"squares": size, "gap_mm": self.gap_mm, "square_mm": self.square_mm}
 
 
-def calibrated(pictures: list[str], board: BoardSettings) -> Work[str]:
-    """Calibrate from image files, a folder of them or one video; the result is the text of a camera.json."""
+def calibrated(pictures: list[str], board: BoardSettings, picture: str | None = None) -> Work[str]:
+    """Calibrate from image files, a folder of them or one video; the result is the text of a camera.json.
+
+    It is also drawn into `picture`.
+    """
     if not pictures:
         raise FacewrightError("choose pictures of the board, a folder of them, or a video")
     missing = [path for path in pictures if not Path(path).exists()]
@@ -52,16 +55,16 @@ def calibrated(pictures: list[str], board: BoardSettings) -> Work[str]:
         raise FacewrightError(f"{missing[0]} does not exist: choose the pictures again")
     if len(pictures) > 1 and any(video.is_video(path) for path in pictures):
         raise FacewrightError("choose one video alone, or pictures without videos")
-    return _calibrated(pictures, board)
+    return _calibrated(pictures, board, picture)
 
 
-def _calibrated(pictures: list[str], board: BoardSettings) -> Work[str]:
+def _calibrated(pictures: list[str], board: BoardSettings, picture: str | None) -> Work[str]:
     folder = None
     try:
         if video.is_video(pictures[0]):
             folder = yield from video.decode(pictures[0], spread(pictures[0]))
             pictures = [folder.name]
-        return (yield from watch(calibrate(pictures, **board.arguments)))
+        return (yield from watch(calibrate(pictures, **board.arguments, picture=picture)))
     finally:
         if folder is not None:
             folder.cleanup()

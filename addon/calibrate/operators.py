@@ -230,7 +230,8 @@ class FACEWRIGHT_OT_set_scene_camera(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> Result:
         calibration = actions.known(context.scene.facewright_camera.text)
         assert calibration is not None, "poll has seen it"
-        obj = scene_camera.set_scene_camera(context.scene, calibration.camera)
+        like = scene_boards.camera(context.scene)
+        obj = scene_camera.set_scene_camera(context.scene, calibration.camera, like)
         self.report({"INFO"}, f"{obj.name} has {obj.data.lens:.2f} mm")
         return {"FINISHED"}
 

@@ -17,8 +17,8 @@ from .operators import (
     FACEWRIGHT_OT_show_boards,
 )
 
-# Part of the width that names take in tables.
-NAMES = 0.42
+# Part of the width that names take: of numbers, and of pictures, which have three numbers.
+NAMES, PICTURES = 0.42, 0.38
 
 
 class Side:
@@ -91,9 +91,12 @@ class FACEWRIGHT_UL_board_pictures(bpy.types.UIList):
         _active_data: bpy.types.AnyType,
         _active_property: str,
     ) -> None:
-        layout.active = item.used
-        split = layout.split(factor=NAMES)
-        split.label(text=item.name, icon="ERROR" if item.bad else "CHECKMARK" if item.used else "REMOVE")
+        split = layout.split(factor=PICTURES)
+        name = split.row(align=True)
+        name.label(icon="ERROR" if item.bad else "CHECKMARK" if item.used else "REMOVE")
+        name = name.row()
+        name.active = item.used
+        name.label(text=item.name)
         draw_cells(split, [pixels(v) if item.used else "" for v in (item.rms, item.worst, item.hold_out)])
 
 
@@ -116,9 +119,12 @@ class FACEWRIGHT_PT_pictures(Child, bpy.types.Panel):
         if not settings.pictures:
             return
         column = layout.column(align=True)
-        split = column.split(factor=NAMES)
+        head = column.row()
+        split = head.split(factor=PICTURES)
         split.label(text="Error (px)")
-        draw_cells(split, ["RMS", "Worst", "Held out"])
+        draw_cells(split, ["RMS", "Worst", "Held"])
+        # Above the list's scroll bar.
+        head.label(icon="BLANK1")
         column.template_list(
             FACEWRIGHT_UL_board_pictures.__name__, "", settings, "pictures", settings, "active", rows=5
         )
@@ -148,7 +154,7 @@ class FACEWRIGHT_PT_calibrated_scene(Child, bpy.types.Panel):
 
 def draw_cells(layout: bpy.types.UILayout, texts: list[str]) -> None:
     """Columns of equal width, to the right."""
-    row = layout.row()
+    row = layout.grid_flow(row_major=True, columns=len(texts), even_columns=True, align=True)
     for text in texts:
         cell = row.row()
         cell.alignment = "RIGHT"

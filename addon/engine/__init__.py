@@ -62,12 +62,14 @@ def calibrate(
     squares: tuple[int, int] | None = None,
     gap_mm: float | None = None,
     square_mm: float,
+    picture: str | None = None,
 ) -> Job[str]:
     """Start to calibrate a camera from board pictures; the result is the text of a camera.json.
 
-    The board has `inner` corners, or separate `squares`.
+    The board has `inner` corners, or separate `squares`. The result is also drawn into `picture`.
     """
-    return _calibrate(list(pictures), inner=inner, squares=squares, gap_mm=gap_mm, square_mm=square_mm)
+    board = {"inner": inner, "squares": squares, "gap_mm": gap_mm, "square_mm": square_mm}
+    return _calibrate(list(pictures), **board, picture=picture)
 
 
 def generic_head() -> Reconstruction:

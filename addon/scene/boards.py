@@ -6,7 +6,7 @@ from mathutils import Matrix
 
 from ..engine.calibration import Board, Calibration
 from . import camera as scene_camera
-from .axes import FORWARD, below_camera
+from .axes import below_camera
 
 COLLECTION = "facewright_calibration"
 CAMERA = "facewright_calibrated_camera"
@@ -109,7 +109,6 @@ def _new_collection(scene: bpy.types.Scene) -> bpy.types.Collection:
 def _new_camera(home: bpy.types.Collection) -> bpy.types.Object:
     eye = scene_camera.new("Calibrated Camera")
     eye[CAMERA] = True
-    eye.rotation_euler = FORWARD
     eye.data.display_size = 0.1
     eye.data.clip_start = 0.01
     home.objects.link(eye)

@@ -4,11 +4,14 @@ import bpy
 
 from ..engine import FacewrightError
 from ..engine.calibration import Camera
+from .axes import FORWARD
 
 
 def new(name: str) -> bpy.types.Object:
-    """A camera object that is in no scene yet."""
-    return bpy.data.objects.new(name, bpy.data.cameras.new(name))
+    """A camera object at the origin, in no scene yet."""
+    obj = bpy.data.objects.new(name, bpy.data.cameras.new(name))
+    obj.rotation_euler = FORWARD
+    return obj
 
 
 def set_lens(data: bpy.types.Camera, camera: Camera) -> None:
@@ -40,10 +43,12 @@ def set_render(render: bpy.types.RenderSettings, camera: Camera) -> None:
     render.pixel_aspect_y = max(1.0, camera.fx / camera.fy)
 
 
-def set_scene_camera(scene: bpy.types.Scene, camera: Camera) -> bpy.types.Object:
-    """Set the scene's camera, a new one at the origin if there is none, and the render size."""
+def set_scene_camera(scene: bpy.types.Scene, camera: Camera, like: bpy.types.Object | None = None) -> bpy.types.Object:
+    """Set the scene's camera and the render size; a new camera, if there is none, stands where `like` does."""
     if scene.camera is None or scene.camera.type != "CAMERA":
         scene.camera = new("Camera")
+        if like is not None:
+            scene.camera.matrix_world = like.matrix_world
         scene.collection.objects.link(scene.camera)
     set_lens(scene.camera.data, camera)
     set_render(scene.render, camera)

@@ -333,6 +333,9 @@ def test_without_a_scene_camera_there_is_a_new_one(calibrated: Any) -> None:
     assert scene.camera is None
     bpy.ops.facewright.set_scene_camera()
     camera: Any = scene.camera
+    bpy.context.view_layer.update()
+    ahead = camera.matrix_world.to_3x3() @ Vector((0.0, 0.0, -1.0))
+    assert ahead[:] == pytest.approx((0.0, 1.0, 0.0), abs=1e-6)
     assert camera.data.lens == pytest.approx(520.0 * 36 / 400, abs=0.05)
 
 
@@ -462,6 +465,7 @@ def test_the_shell_command_calibrates(addon: ModuleType, tmp_path: Path) -> None
     assert Path(picture).exists() and Path(blend).exists()
     assert cli.run(["calibrate", boards, "--inner", "9by6"]) == 2
     assert cli.run(["calibrate", str(CLIP / "frames"), "-o", str(tmp_path / "none.json")]) == 1
+    assert cli.run(["calibrate", boards, "-o", str(tmp_path / "none.json"), "--picture", "picture.txt"]) == 1
     assert not (tmp_path / "none.json").exists()
 
 
