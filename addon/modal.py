@@ -134,7 +134,7 @@ def draw_progress(layout: bpy.types.UILayout) -> None:
     """The present stage of what runs, as a bar."""
     row = layout.row()
     row.scale_y = 1.5
-    row.progress(factor=Running.fraction, type="BAR", text=Running.stage.capitalize())
+    row.progress(factor=Running.fraction, type="BAR", text=(Running.stage or "starting").capitalize())
     layout.label(text="Esc cancels")
 
 

@@ -19,6 +19,8 @@ from .operators import (
 
 # Part of the width that names take: of numbers, and of pictures, which have three numbers.
 NAMES, PICTURES = 0.42, 0.38
+# Of a longer name the end is shown: there frames of a clip differ.
+LONG = 7
 
 
 class Side:
@@ -96,7 +98,7 @@ class FACEWRIGHT_UL_board_pictures(bpy.types.UIList):
         name.label(icon="ERROR" if item.bad else "CHECKMARK" if item.used else "REMOVE")
         name = name.row()
         name.active = item.used
-        name.label(text=item.name)
+        name.label(text=item.name if len(item.name) <= LONG else f"…{item.name[-LONG + 1 :]}")
         draw_cells(split, [pixels(v) if item.used else "" for v in (item.rms, item.worst, item.hold_out)])
 
 
@@ -130,8 +132,8 @@ class FACEWRIGHT_PT_pictures(Child, bpy.types.Panel):
         )
         if settings.active < len(settings.pictures):
             active = settings.pictures[settings.active]
-            if active.reason:
-                draw_text(layout, context, f"{active.name}: {active.reason}", icon="ERROR" if active.bad else "INFO")
+            text = f"{active.name}: {active.reason}" if active.reason else active.name
+            draw_text(layout, context, text, icon="ERROR" if active.bad else "INFO" if active.reason else "NONE")
         layout.operator(FACEWRIGHT_OT_save_calibration_picture.bl_idname, text="Save Picture…")
 
 

@@ -285,6 +285,29 @@ def test_a_row_selects_its_board_and_wires_are_wires(calibrated: Any) -> None:
     assert {o.display_type for o in board_objects().values()} == {"WIRE"}
 
 
+def test_a_board_of_separate_squares_can_be_saved(settings: Any, tmp_path: Path) -> None:
+    settings.pattern, settings.columns, settings.rows = "SQUARES", 5, 4
+    settings.square_mm, settings.gap_mm = 25.0, 12.0
+    paths = [tmp_path / "apart.svg", tmp_path / "wider.svg"]
+    assert bpy.ops.facewright.save_board(filepath=str(paths[0])) == {"FINISHED"}
+    settings.gap_mm = 14.0
+    assert bpy.ops.facewright.save_board(filepath=str(paths[1])) == {"FINISHED"}
+    assert paths[0].read_text() != paths[1].read_text()
+
+
+def test_a_rig_is_calibrated_and_drawn(tmp_path: Path) -> None:
+    """Twice the same camera: nothing lies between the two."""
+    library = importlib.import_module("facewright")
+    boards = [str(CLIP / "board")]
+    rig = json.loads(library.calibrate_rig([("left", boards), ("right", boards)]).result())
+    assert [camera["name"] for camera in rig["cameras"]] == ["left", "right"]
+    assert rig["cameras"][1]["baseline"] < 1e-4
+    library.save_calibration_picture(json.dumps(rig), str(tmp_path / "rig.svg"))
+    assert (tmp_path / "rig.svg").read_bytes().startswith(b"<svg")
+    with pytest.raises(library.FacewrightError, match="does not tell of the boards"):
+        library.save_calibration_picture(json.dumps(NUMBERS), str(tmp_path / "none.svg"))
+
+
 def test_separate_squares_are_drawn_apart(calibrated: Any) -> None:
     camera = json.loads(calibrated.text)
     camera["boards"] = [{"pattern": {"squares": {"gap": 0.5}}, "columns": 3, "rows": 4, "square": 0.03}]

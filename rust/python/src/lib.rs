@@ -36,7 +36,6 @@ fn version() -> &'static str {
 
 #[pyfunction]
 #[pyo3(signature = (path, *, inner = (9, 6), squares = None, gap_mm = None, square_mm = 25.5, page = "A4", mark = true, dpi = 300.0))]
-#[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 fn save_board(
     path: PathBuf,
     inner: (u32, u32),
