@@ -18,7 +18,7 @@ from .operators import (
 )
 
 # Part of the width that names take: of numbers, and of pictures, which have three numbers.
-NAMES, PICTURES = 0.42, 0.38
+NAMES, PICTURES = 0.42, 0.44
 # Of a longer name the end is shown: there frames of a clip differ.
 LONG = 7
 
