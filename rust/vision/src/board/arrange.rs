@@ -99,8 +99,8 @@ pub(super) enum Mismatch {
     Nothing,
     /// So many corners of one asked for, but not which.
     Unplaced { corners: usize },
-    /// Another one: corners in a row, rows.
-    Other { columns: u32, rows: u32 },
+    /// Another one; its squares' size is not known.
+    Other { found: Board },
 }
 
 impl Mismatch {
@@ -109,7 +109,7 @@ impl Mismatch {
         match *self {
             Self::Nothing => 0,
             Self::Unplaced { corners } => corners,
-            Self::Other { columns, rows } => (columns * rows) as usize,
+            Self::Other { found } => found.corners().0 * found.corners().1,
         }
     }
 }
@@ -123,7 +123,8 @@ struct Candidate {
 /// Finds the board that a lattice is.
 pub(super) fn arrange(lattice: &Lattice, level: &Level, boards: &[Board]) -> Result<Placement, Mismatch> {
     let Some(all) = Extent::of(lattice) else { return Err(Mismatch::Nothing) };
-    if let Some(whole) = boards.iter().enumerate().find_map(|(k, board)| whole_board(lattice, all, k, board)) {
+    let likely = || boards.iter().enumerate().filter(|(_, board)| lattice.could_show(board));
+    if let Some(whole) = likely().find_map(|(k, board)| whole_board(lattice, all, k, board)) {
         let whole_readings = readings(lattice, level, &whole, &boards[whole.board]);
         return choose(whole_readings, true).ok_or(Mismatch::Nothing);
     }
@@ -133,7 +134,7 @@ pub(super) fn arrange(lattice: &Lattice, level: &Level, boards: &[Board]) -> Res
     }
     let ends = [0, 1, 2, 3].map(|side| Side::of(lattice, level, seen, side));
     let fits = |(k, board): (usize, &Board)| sizes(board).map(move |size| part_of_board(k, size, seen, ends));
-    let candidates: Vec<Candidate> = boards.iter().enumerate().flat_map(fits).flatten().collect();
+    let candidates: Vec<Candidate> = likely().flat_map(fits).flatten().collect();
     let complete = seen.filled(lattice) == 1.0;
     let possible: Vec<Reading> =
         candidates.iter().flat_map(|c| readings(lattice, level, c, &boards[c.board])).collect();
@@ -154,12 +155,12 @@ enum Side {
 impl Side {
     /// Of the side with this number in [`Extent::sides`].
     fn of(lattice: &Lattice, level: &Level, seen: Extent, side: usize) -> Self {
+        if lattice.is_paired() {
+            return Self::of_squares(lattice, level, seen, side);
+        }
         let (last, beyond) = (seen.sides(0)[side], seen.sides(1)[side]);
         if !lattice.is_inside(beyond.cells(), level) {
             return Self::Cut;
-        }
-        if lattice.is_paired() {
-            return Self::Ends;
         }
         // One step beyond the last corners lies the border of the outer squares. Of the four quarters around a point there two
         // are alike, those outside: the difference of diagonal quarters is half of that at a corner.
@@ -171,6 +172,35 @@ impl Side {
         let parts: Vec<f64> = beyond.cells().filter_map(crossing).map(|c| c / contrast).collect();
         let halves = parts.iter().filter(|part| (0.25..0.75).contains(*part)).count();
         if 3 * halves > 2 * parts.len() { Self::Ends } else { Self::Unclear }
+    }
+
+    /// The same of squares that stand apart: where the next ones would be is white paper.
+    fn of_squares(lattice: &Lattice, level: &Level, seen: Extent, side: usize) -> Self {
+        let [far, near, last, inner, other] = [2, 1, 0, -1, -2].map(|outside| seen.sides(outside)[side]);
+        if !lattice.is_inside(far.cells(), level) {
+            return Self::Cut;
+        }
+        // A line of squares ends with its last corners: with odd ones after, with even ones before.
+        let whole = match side {
+            0 => last.first.0.rem_euclid(2) == 0,
+            1 => last.first.0.rem_euclid(2) == 1,
+            2 => last.first.1.rem_euclid(2) == 0,
+            _ => last.first.1.rem_euclid(2) == 1,
+        };
+        // Between two lines of corners, at each square: corners of a square follow each other.
+        let between = |a: Extent, b: Extent| -> Vec<Option<f64>> {
+            let corners = |e: Extent| e.cells().map(|c| Some(lattice.predict(c)?.position)).collect::<Vec<_>>();
+            let (a, b) = (corners(a), corners(b));
+            let middle = |k: usize| Some((a[k]? + a[k + 1]? + b[k]? + b[k + 1]?) / 4.0);
+            let grey = |p: Vec2| level.contains(&p, 1.0).then(|| level.interpolate(&p));
+            (0..a.len() - 1).step_by(2).map(|k| middle(k).and_then(grey)).collect()
+        };
+        // White is told by a gap between squares that are seen: what is beyond them may be anything.
+        let (next, gaps, squares) = (between(far, near), between(inner, other), between(last, inner));
+        let part = |k: usize| Some((next[k]? - squares[k]?) / (gaps[k]? - squares[k]?));
+        let parts: Vec<f64> = (0..next.len()).filter_map(part).collect();
+        let white = parts.iter().filter(|part| (0.8..1.25).contains(*part)).count();
+        if whole && 3 * white > 2 * parts.len() { Self::Ends } else { Self::Unclear }
     }
 }
 
@@ -304,14 +334,18 @@ fn mismatch(lattice: &Lattice, seen: Extent, ends: [Side; 4], boards: &[Board]) 
     let corners = seen.count(lattice);
     let (columns, rows) = (seen.columns(), seen.rows());
     let smaller = |(c, r): (i32, i32)| columns <= c && rows <= r;
-    let could_be = boards.iter().flat_map(sizes).any(smaller);
-    let same = boards.iter().flat_map(sizes).any(|size| size == (columns, rows));
+    let likely = || boards.iter().filter(|board| lattice.could_show(board));
+    let could_be = likely().flat_map(sizes).any(smaller);
+    let same = likely().flat_map(sizes).any(|size| size == (columns, rows));
     let cut = ends.contains(&Side::Cut) || seen.sides(1).into_iter().any(|side| side.count(lattice) > 0);
     if same || (could_be && cut) {
         return Mismatch::Unplaced { corners };
     }
     let (wide, tall) = (columns.max(rows) as u32, columns.min(rows) as u32);
-    let lying = boards.first().is_none_or(|b| b.columns >= b.rows);
+    let like = likely().next();
+    let each = if lattice.is_paired() { 2 } else { 1 };
+    let (wide, tall) = (wide / each, tall / each);
+    let lying = like.is_none_or(|b| b.columns >= b.rows);
     let (columns, rows) = if lying { (wide, tall) } else { (tall, wide) };
-    Mismatch::Other { columns, rows }
+    like.map_or(Mismatch::Nothing, |b| Mismatch::Other { found: Board { columns, rows, ..*b } })
 }

@@ -1,7 +1,7 @@
 //! Corners in lattice order, and where the next one must be.
 
 use super::level::Level;
-use geometry::{Mat3, Pattern, Vec2};
+use geometry::{Board, Mat3, Pattern, Vec2};
 use nalgebra::{SMatrix, SVector};
 use std::collections::BTreeMap;
 
@@ -42,6 +42,11 @@ impl Lattice {
             Pattern::Checkerboard => (i + j).rem_euclid(2) == i32::from(!self.black_before_even),
             Pattern::Squares { .. } => i.rem_euclid(2) == 1 && j.rem_euclid(2) == 1,
         }
+    }
+
+    /// Whether it was grown as a board's pattern is.
+    pub(super) fn could_show(&self, board: &Board) -> bool {
+        board.pattern == self.pattern
     }
 
     /// Whether a square of the pattern has its first corner in an even cell only.

@@ -82,7 +82,14 @@ pub(super) fn measure(
 pub(super) fn is_board(level: &Level, lattice: &Lattice, board: &Board, options: &BoardOptions) -> bool {
     let guess = |(&cell, position): (&Cell, &Vec2)| {
         let local = lattice.predict(cell)?;
-        let steps = [local.u, local.v];
+        let steps = match board.pattern {
+            Pattern::Checkerboard => [local.u, local.v],
+            // Inwards, as far as the window may reach to both sides.
+            Pattern::Squares { gap } => {
+                let inward = |k: i32| if k.rem_euclid(2) == 0 { gap.min(1.0) } else { -gap.min(1.0) };
+                [local.u * inward(cell.0), local.v * inward(cell.1)]
+            }
+        };
         Some(Guess {
             shape: shape(board),
             position: *position,

@@ -118,15 +118,13 @@ pub enum BoardError {
     },
     /// Another board.
     #[error(
-        "found a board of {columns}x{rows} inner corners, asked for {asked}: count the points where four squares meet, not the squares"
+        "found a board of {found}, asked for {asked}: of a checkerboard count the points where four squares meet, not the squares"
     )]
     WrongSize {
         /// The boards asked for.
         asked: Asked,
-        /// Corners in a row.
-        columns: u32,
-        /// Rows of corners.
-        rows: u32,
+        /// The board seen; the size of its squares is that asked for.
+        found: Board,
     },
     /// Part of the board is outside the picture or covered, and what is seen does not tell which part.
     #[error(
@@ -177,7 +175,7 @@ fn search(image: &GrayImage, boards: &[Board], options: &BoardOptions) -> Result
     }
     let Search { part, mismatch, unclear, .. } = search;
     part.map(|(_, corners)| corners).ok_or_else(|| match mismatch {
-        Mismatch::Other { columns, rows } => BoardError::WrongSize { asked: asked(), columns, rows },
+        Mismatch::Other { found } => BoardError::WrongSize { asked: asked(), found },
         Mismatch::Unplaced { corners } => BoardError::NotWhole { asked: asked(), seen: corners },
         Mismatch::Nothing if unclear => BoardError::Unclear { asked: asked() },
         Mismatch::Nothing => BoardError::NotFound { asked: asked() },
@@ -209,8 +207,8 @@ impl Search<'_> {
     fn look(&mut self, levels: &[Level]) -> Option<BoardCorners> {
         let level = &levels[levels.len() - 1];
         let whole = |l: &Lattice| arrange(l, level, self.boards).is_ok_and(|p| p.complete);
-        let lattices: Vec<Lattice> =
-            [self.checkerboard(level, &whole), self.squares(level, &whole)].into_iter().flatten().collect();
+        let mut lattices = self.squares(level, &whole);
+        lattices.extend(self.checkerboard(level, &whole));
         lattices.into_iter().find_map(|lattice| self.judge(levels, &lattice))
     }
 
@@ -222,13 +220,21 @@ impl Search<'_> {
         grow::grow(&saddles, self.options.max_seeds, enough)
     }
 
-    fn squares(&self, level: &Level, enough: &impl Fn(&Lattice) -> bool) -> Option<Lattice> {
-        let gap = self.boards.iter().find_map(|b| match b.pattern {
-            Pattern::Checkerboard => None,
-            Pattern::Squares { gap } => Some(gap),
-        })?;
+    /// The lattice for each gap asked for.
+    fn squares(&self, level: &Level, enough: &impl Fn(&Lattice) -> bool) -> Vec<Lattice> {
+        let mut gaps: Vec<f64> = Vec::new();
+        for board in self.boards {
+            if let Pattern::Squares { gap } = board.pattern
+                && !gaps.contains(&gap)
+            {
+                gaps.push(gap);
+            }
+        }
+        if gaps.is_empty() {
+            return Vec::new();
+        }
         let found = squares::find(level, self.options.min_contrast, self.options.max_candidates);
-        squares::grow(&found, gap, enough)
+        gaps.into_iter().filter_map(|gap| squares::grow(&found, gap, enough)).collect()
     }
 
     /// Measures a lattice that is a board asked for; keeps the best excuse otherwise.
@@ -244,7 +250,7 @@ impl Search<'_> {
                 self.keep(&placement, measured?);
             }
             Err(mismatch) => {
-                let board = &self.boards[0];
+                let board = self.boards.iter().find(|board| lattice.could_show(board))?;
                 if mismatch.corners() > self.mismatch.corners()
                     && measure::is_board(level, lattice, board, self.options)
                 {

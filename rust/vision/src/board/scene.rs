@@ -25,6 +25,8 @@ pub(super) struct Scene {
     pub(super) falloff: f64,
     /// A grey disc of this radius, squares, hides corner (2, 2).
     pub(super) thumb: f64,
+    /// White paper around the board, squares.
+    pub(super) margin: f64,
 }
 
 impl Scene {
@@ -40,7 +42,17 @@ impl Scene {
             * Rotation3::new(Vec3::z() * angles[2]);
         let middle = board.centre().push(0.0);
         let cam_from_board = Transform::new(rotation, Vec3::new(0.0, 0.0, distance) - rotation * middle);
-        Self { camera, cam_from_board, board, marked: false, blur: 0.5, noise: 1.5, falloff: 0.2, thumb: 0.0 }
+        Self {
+            camera,
+            cam_from_board,
+            board,
+            marked: false,
+            blur: 0.5,
+            noise: 1.5,
+            falloff: 0.2,
+            thumb: 0.0,
+            margin: 0.6,
+        }
     }
 
     pub(super) fn corners(&self) -> Vec<Vec2> {
@@ -77,7 +89,7 @@ impl Scene {
         let from_middle = (hit - middle).abs() - size / 2.0;
         let inside = |m: f64| from_middle.max() < m;
         let thumb = (hit - Vec2::new(2.0, 2.0)).norm() < self.thumb;
-        let reflectance = match (inside(0.0), inside(0.6)) {
+        let reflectance = match (inside(0.0), inside(self.margin)) {
             _ if thumb => 0.3,
             (true, _) if black => 0.03,
             (_, true) => 0.55,

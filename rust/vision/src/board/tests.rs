@@ -88,7 +88,7 @@ fn another_size_is_named() {
     for (columns, rows) in [(8, 6), (9, 5), (7, 7), (10, 7)] {
         let asked = [Board::checkerboard(columns, rows, 0.0255)];
         let wrong = detect(&image, &asked, &BoardOptions::default());
-        let expected = BoardError::WrongSize { asked: Asked(asked.to_vec()), columns: 9, rows: 6 };
+        let expected = BoardError::WrongSize { asked: Asked(asked.to_vec()), found: board() };
         assert_eq!(wrong, Err(expected), "{columns}x{rows}");
     }
     for asked in [Board::checkerboard(2, 6, 0.0255), Board::squares(1, 4, 0.0255, 1.0), Board::squares(3, 4, 0.03, 0.0)]
@@ -234,6 +234,35 @@ fn separate_squares_are_measured_like_a_checkerboard() {
         let error = rms(&found, &scene.corners());
         assert!(error < 0.06, "{angles:?}: {error}");
     }
+}
+
+#[test]
+fn a_part_of_separate_squares_is_measured_and_another_number_is_named() {
+    let board = Board::squares(4, 3, 0.03, 1.0);
+    let mut scene = Scene { margin: 2.0, ..Scene::of(board, webcam(), [0.1, -0.2, 0.05], 0.55) };
+    let image = scene.render(1);
+    let error = detect(&image, &[Board::squares(3, 3, 0.03, 1.0)], &BoardOptions::default()).unwrap_err();
+    assert!(error.to_string().contains("found a board of 4x3 squares, asked for 3x3 squares"), "{error}");
+    let several = [Board::checkerboard(9, 6, 0.03), Board::squares(4, 3, 0.03, 0.5), board];
+    assert_eq!(detect(&image, &several, &BoardOptions::default()).unwrap().board, 2);
+    scene.cam_from_board.translation.x += 0.13;
+    let mut image = scene.render(1);
+    let found = detect(&image, &[board], &BoardOptions::default()).unwrap();
+    assert!((20..48).contains(&found.corners.len()), "{}", found.corners.len());
+    let truth = scene.corners();
+    let turned = |c: &BoardCorner| (c.position - truth[truth.len() - 1 - c.index]).norm();
+    let straight = |c: &BoardCorner| (c.position - truth[c.index]).norm();
+    let worst = |of: &dyn Fn(&BoardCorner) -> f64| found.corners.iter().map(of).fold(0.0, f64::max);
+    assert!(worst(&straight).min(worst(&turned)) < 0.3, "{}", worst(&straight));
+    // Something grey before the first squares.
+    let edge = truth[2].x - 10.0;
+    for (x, _, pixel) in image.enumerate_pixels_mut() {
+        if f64::from(x) < edge {
+            *pixel = image::Luma([100]);
+        }
+    }
+    let error = detect(&image, &[board], &BoardOptions::default()).unwrap_err();
+    assert!(matches!(error, BoardError::NotWhole { .. } | BoardError::NotFound { .. }), "{error}");
 }
 
 /// Root mean square error over all boards of a rendered film against its truth; `None`, and a word, without the data.
