@@ -36,7 +36,7 @@ mod select;
 mod shape;
 mod skin;
 mod solve;
-mod tracks;
+mod track;
 mod undistort;
 mod unseen;
 

@@ -1,10 +1,10 @@
 //! Corners of the face matched between two frames (paper, sections 2.3 and 2.4; and ours).
 
 use crate::clip::{head_size, observation};
-use crate::tracks::{FaceTrack, FollowOptions, TrackedFrame, follow_pair};
+use crate::track::{Scene, SearchOptions, Seed, Sighting, Surface, View, search, seeds};
 use crate::{Assets, CameraSource, FacewrightError, FrameSet, Method, SourcedCamera, camera::starting_camera};
 use geometry::{Camera, Progress, Vec2};
-use head::fit::{FitOptions, fit_landmarks};
+use head::fit::{FitOptions, FrameObservation, fit_landmarks};
 use image::{GrayImage, imageops};
 use motion::two_view::{TwoViewOptions, robust};
 use serde::{Deserialize, Serialize};
@@ -17,23 +17,27 @@ use vision::track::{Status, TrackOptions, track};
 
 /// Corners of the paper's example.
 const PAPER_CORNERS: usize = 66;
+/// Window at which the paper's tables are best.
+const PAPER_WINDOW: usize = 7;
 
 /// How two frames are matched.
 #[derive(Clone, Copy, Debug)]
 pub struct MatchOptions {
     /// Chain of steps.
     pub method: Method,
-    /// Window of the tracker, pixels, odd.
-    pub window: usize,
+    /// Window of the tracker, odd pixels; the paper's best (7), or in proportion to the face, unless given.
+    pub window: Option<usize>,
     /// Corners at most.
-    pub corners: usize,
+    pub points: usize,
+    /// Search matches again that contradict their neighbours.
+    pub correct: bool,
     /// A match must lie within this of its epipolar line, pixels.
     pub epipolar_px: f64,
 }
 
 impl Default for MatchOptions {
     fn default() -> Self {
-        Self { method: Method::Default, window: 7, corners: PAPER_CORNERS, epipolar_px: 1.0 }
+        Self { method: Method::Default, window: None, points: PAPER_CORNERS, correct: true, epipolar_px: 1.0 }
     }
 }
 
@@ -69,10 +73,13 @@ pub fn match_pair(
 ) -> Result<Matches, FacewrightError> {
     let frames = FrameSet::open(&[a.to_owned(), b.to_owned()], progress)?;
     let camera = starting_camera(&frames, camera)?;
-    let pair = Pair::look(&frames, assets)?;
+    let looks = [look(&frames, 0, assets)?, look(&frames, 1, assets)?];
     let points = match options.method {
-        Method::Paper => paper_matches(&pair.pyramids, &pair.masks[0], options)?,
-        Method::Default => pair.matches(assets, &camera, options, progress)?,
+        Method::Paper => {
+            let pyramids = [looks[0].pyramid.clone(), looks[1].pyramid.clone()];
+            paper_matches(&pyramids, &looks[0].mask, options)?
+        }
+        Method::Default => head_matches(&looks, assets, &camera, options, progress)?,
     };
     let kept = points.iter().filter(|p| p.4 == 1).count();
     if kept < 8 {
@@ -88,87 +95,92 @@ pub fn paper_matches(
     mask: &GrayImage,
     options: &MatchOptions,
 ) -> Result<Vec<Match>, FacewrightError> {
+    let window = options.window.unwrap_or(PAPER_WINDOW);
     let corner_options = CornerOptions {
-        max_count: options.corners,
-        window: options.window,
+        max_count: options.points,
+        window,
         spread: Spread::Strongest,
         min_distance: 5.0,
         ..CornerOptions::default()
     };
     let corners: Vec<Vec2> = detect(&pyramids[0], Some(mask), &corner_options)?.iter().map(|c| c.position).collect();
-    let tracked = track(&pyramids[0], &pyramids[1], &corners, None, &TrackOptions::paper(options.window))?;
+    let tracked = track(&pyramids[0], &pyramids[1], &corners, None, &TrackOptions::paper(window))?;
     let found: Vec<PointMatch> = corners
         .iter()
         .zip(&tracked)
         .filter(|(_, t)| t.status == Status::Found)
         .map(|(a, t)| PointMatch { a: *a, b: t.position })
         .collect();
-    let adjustment = LocalAdjustmentOptions { window: options.window, ..LocalAdjustmentOptions::default() };
+    let adjustment = LocalAdjustmentOptions { window, ..LocalAdjustmentOptions::default() };
     let corrected = local_adjustment(&pyramids[0], &pyramids[1], &found, &adjustment)?;
     let judged = corrected.matches.iter().zip(&corrected.outcomes);
     Ok(judged.map(|(m, outcome)| (m.a.x, m.a.y, m.b.x, m.b.y, u8::from(outcome.is_usable()))).collect())
 }
 
-/// Two frames, looked at.
-struct Pair {
-    pyramids: [Pyramid; 2],
-    masks: [GrayImage; 2],
-    seen: Vec<head::fit::FrameObservation>,
+/// A frame with a face in it.
+struct Look {
+    pyramid: Pyramid,
+    mask: GrayImage,
+    seen: FrameObservation,
 }
 
-impl Pair {
-    fn look(frames: &FrameSet, assets: &Assets) -> Result<Self, FacewrightError> {
-        let look = |i: usize| -> Result<_, FacewrightError> {
-            let picture = frames.load(i)?;
-            let face = assets.landmarker.find(&picture)?.ok_or(FacewrightError::NoFace { frames: 1 })?;
-            let mask = face_mask(
-                &face,
-                picture.width(),
-                picture.height(),
-                &MaskOptions { shrink: 0.04, ..MaskOptions::default() },
-            );
-            Ok((Pyramid::new(&imageops::grayscale(&picture), 4), mask, observation(Some(&face))))
-        };
-        let ((pyramid_a, mask_a, seen_a), (pyramid_b, mask_b, seen_b)) = (look(0)?, look(1)?);
-        Ok(Self { pyramids: [pyramid_a, pyramid_b], masks: [mask_a, mask_b], seen: vec![seen_a, seen_b] })
-    }
+fn look(frames: &FrameSet, i: usize, assets: &Assets) -> Result<Look, FacewrightError> {
+    let picture = frames.load(i)?;
+    let face = assets.landmarker.find(&picture)?.ok_or(FacewrightError::NoFace { frames: 1 })?;
+    let mask_options = MaskOptions { shrink: 0.04, ..MaskOptions::default() };
+    let mask = face_mask(&face, picture.width(), picture.height(), &mask_options);
+    Ok(Look { pyramid: Pyramid::new(&imageops::grayscale(&picture), 4), mask, seen: observation(Some(&face)) })
+}
 
-    /// Ours: the head that both frames' landmarks give predicts where each corner goes and how its surroundings are
-    /// warped; an essential matrix throws out what does not move with the head.
-    fn matches(
-        &self,
-        assets: &Assets,
-        camera: &SourcedCamera,
-        options: &MatchOptions,
-        progress: &Progress,
-    ) -> Result<Vec<Match>, FacewrightError> {
-        let fit_options = FitOptions {
-            focal_sigma: if camera.source == CameraSource::Board { 0.0 } else { 1e-3 },
-            size: head_size(None),
-            ..FitOptions::default()
-        };
-        let head = &assets.head;
-        let fit = fit_landmarks(head, &camera.camera, &self.seen, &fit_options, progress)?;
-        let pose = |i: usize| fit.frames[i].as_ref().map(|f| f.pose).ok_or(FacewrightError::NoFace { frames: 1 });
-        let frame = |i: usize| -> Result<TrackedFrame<'_>, FacewrightError> {
-            Ok(TrackedFrame { pyramid: &self.pyramids[i], mask: &self.masks[i], cam_from_head: pose(i)? })
-        };
-        let follow_options = FollowOptions { corners: options.corners, ..FollowOptions::default() };
-        let triangles = head.triangles(head.skin());
-        let pair = [frame(0)?, frame(1)?];
-        let tracks = follow_pair(&pair, &camera.camera, &fit.positions, &triangles, &follow_options)?;
-        Ok(vote(&tracks, &camera.camera, options))
-    }
+/// Ours: the head that both frames' landmarks give predicts where each corner goes and how its surroundings are
+/// warped; an essential matrix throws out what does not move with the head.
+fn head_matches(
+    looks: &[Look; 2],
+    assets: &Assets,
+    camera: &SourcedCamera,
+    options: &MatchOptions,
+    progress: &Progress,
+) -> Result<Vec<Match>, FacewrightError> {
+    let fit_options = FitOptions {
+        focal_sigma: if camera.source == CameraSource::Board { 0.0 } else { 1e-3 },
+        size: head_size(None),
+        ..FitOptions::default()
+    };
+    let head = &assets.head;
+    let observations: Vec<FrameObservation> = looks.iter().map(|l| l.seen.clone()).collect();
+    let fit = fit_landmarks(head, &camera.camera, &observations, &fit_options, progress)?;
+    let fitted = |i: usize| fit.frames[i].as_ref().ok_or(FacewrightError::NoFace { frames: 1 });
+    let positions = [0, 1].map(|i| fitted(i).map(|f| head.with_expression(&fit.positions, &f.expression)));
+    let [positions_a, positions_b] = positions;
+    let (positions_a, positions_b) = (positions_a?, positions_b?);
+    let triangles: Vec<[u32; 3]> =
+        head.triangles(head.skin()).into_iter().filter(|t| !t.iter().any(|&v| head.cavity[v as usize])).collect();
+    let surfaces = [Surface::new(&positions_a, &triangles), Surface::new(&positions_b, &triangles)];
+    let scene = |i: usize| -> Result<Scene<'_>, FacewrightError> {
+        let view = View::new(&surfaces[i], &camera.camera, fitted(i)?.pose);
+        Ok(Scene { pyramid: &looks[i].pyramid, mask: &looks[i].mask, view })
+    };
+    let (from, to) = (scene(0)?, scene(1)?);
+    let search_options = SearchOptions { window: options.window, correct: options.correct, ..SearchOptions::default() };
+    let margin = search_options.window(&from.view) / 4;
+    let mut shared = from.view.shared(&to.view, search_options.least_cosine(), margin);
+    shared.iter_mut().zip(from.mask.iter()).for_each(|(shared, mask)| *shared &= mask);
+    let corners = CornerOptions { max_count: options.points, ..CornerOptions::default() };
+    let seeds = seeds(&from, &shared, &corners)?;
+    let sightings = search(&from, &to, &seeds, &search_options)?;
+    Ok(vote(&seeds, &sightings, &camera.camera, options))
 }
 
 /// Marks the matches that one motion of the head explains.
-fn vote(tracks: &[FaceTrack], camera: &Camera, options: &MatchOptions) -> Vec<Match> {
-    let found: Vec<(Vec2, Vec2)> =
-        tracks.iter().filter_map(|t| Some((t.reference_pixel, t.observations.iter().find(|o| o.0 == 1)?.1))).collect();
-    let normalised = |pixels: Vec<&Vec2>| pixels.into_iter().map(|p| camera.normalise(p)).collect::<Vec<_>>();
-    let (a, b) = (normalised(found.iter().map(|m| &m.0).collect()), normalised(found.iter().map(|m| &m.1).collect()));
+fn vote(seeds: &[Seed], sightings: &[Option<Sighting>], camera: &Camera, options: &MatchOptions) -> Vec<Match> {
+    let found: Vec<(Vec2, Sighting)> = seeds.iter().zip(sightings).filter_map(|(s, t)| Some((s.pixel, (*t)?))).collect();
+    let usable: Vec<usize> = (0..found.len()).filter(|&i| found[i].1.outcome.is_usable()).collect();
+    let a: Vec<Vec2> = usable.iter().map(|&i| camera.normalise(&found[i].0)).collect();
+    let b: Vec<Vec2> = usable.iter().map(|&i| camera.normalise(&found[i].1.pixel)).collect();
     let two_view = TwoViewOptions { threshold: options.epipolar_px / camera.fx, ..TwoViewOptions::default() };
     // Frames that are too alike for a motion have nothing against any match.
-    let inliers = robust(&a, &b, &two_view).map_or_else(|_| vec![true; found.len()], |motion| motion.inliers);
-    found.iter().zip(inliers).map(|((a, b), kept)| (a.x, a.y, b.x, b.y, u8::from(kept))).collect()
+    let inliers = robust(&a, &b, &two_view).map_or_else(|_| vec![true; usable.len()], |motion| motion.inliers);
+    let mut kept = vec![0; found.len()];
+    usable.iter().zip(inliers).for_each(|(&i, inlier)| kept[i] = u8::from(inlier));
+    found.iter().zip(kept).map(|((a, t), kept)| (a.x, a.y, t.pixel.x, t.pixel.y, kept)).collect()
 }

@@ -3,7 +3,7 @@
 use crate::clip::{ChosenFrame, Clip, head_size};
 use crate::select::median;
 use crate::solve::{SolveOptions, Structure, solve};
-use crate::tracks::{FaceTrack, FollowOptions, TrackedFrame, follow};
+use crate::track::{FaceTrack, FollowOptions, TrackedFrame, follow};
 use crate::unseen::replace_unseen;
 use crate::{CameraSource, FacewrightError, FitReport, SourcedCamera};
 use geometry::face_mesh::IBUG68;

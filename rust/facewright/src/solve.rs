@@ -2,7 +2,7 @@
 //! then one bundle over the chosen frames.
 
 use crate::FacewrightError;
-use crate::tracks::FaceTrack;
+use crate::track::FaceTrack;
 use geometry::least_squares::Loss;
 use geometry::{Camera, Mat3, Progress, Transform, Vec2};
 use head::fit::CloudPoint;

@@ -133,10 +133,15 @@ impl GenericHead {
 
     /// What an expression adds to the landmarks: one weight per key, in their order.
     pub fn landmark_offsets(&self, weights: &[f64]) -> Vec<Vec3> {
-        let mut offsets = vec![Vec3::zeros(); self.positions.len()];
+        self.landmarks(&self.with_expression(&vec![Vec3::zeros(); self.positions.len()], weights))
+    }
+
+    /// Positions with an expression added: one weight per key, in their order.
+    pub fn with_expression(&self, positions: &[Vec3], weights: &[f64]) -> Vec<Vec3> {
+        let mut moved = positions.to_vec();
         for (key, &weight) in self.keys.iter().zip(weights).filter(|(_, w)| **w != 0.0) {
-            key.offsets.iter().for_each(|(vertex, offset)| offsets[*vertex as usize] += offset * weight);
+            key.offsets.iter().for_each(|(vertex, offset)| moved[*vertex as usize] += offset * weight);
         }
-        self.landmarks(&offsets)
+        moved
     }
 }

@@ -39,7 +39,7 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
             super::calibrate::execute(&arguments.command, progress)
         }
         Command::Match { a, b, camera, method, window, output } => {
-            let options = MatchOptions { method: (*method).into(), window: *window, ..MatchOptions::default() };
+            let options = MatchOptions { method: (*method).into(), window: Some(*window), ..MatchOptions::default() };
             let camera = camera.as_deref().map(SourcedCamera::read).transpose()?;
             let assets = load_assets(arguments)?;
             let matches = match_pair(a, b, camera.as_ref(), &assets, &options, progress)?;

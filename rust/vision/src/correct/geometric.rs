@@ -5,9 +5,10 @@
 //! three corners. In each round the worst match of each neighbourhood goes, and the others are judged again without
 //! it. What went is then searched again, near the place and with the warp its neighbours predict, and rejected only if
 //! it is not found there. What the caller knows of the motion (an epipolar line, a predicted position) is one more
-//! test.
+//! test; where the caller predicts positions and warps (from a head's pose), the neighbours are compared by how far
+//! they are from their predictions, which leaves them only what the prediction has wrong.
 
-use super::neighbours::{Graph, LocalMap, MEDIAN_LENGTH, local_map, median};
+use super::neighbours::{Displaced, Graph, LocalMap, MEDIAN_LENGTH, local_map, median};
 use super::{CorrectError, Correction, Match, Outcome, Reason, positive};
 use crate::pyramid::Pyramid;
 use crate::track::{Guess, Status, TrackOptions, track};
@@ -69,12 +70,36 @@ impl Default for GeometricOptions {
     }
 }
 
-/// Judges matches by their neighbours and by `expectations` (one per match), and searches again those that fail.
+/// What the caller knows of the matches, one entry per match.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Known<'a> {
+    /// Where each point should be in `b`, and how its surroundings are warped there.
+    pub predictions: Option<&'a [Guess]>,
+    /// Where each point must be in `b`.
+    pub expectations: Option<&'a [Expectation]>,
+}
+
+impl Known<'_> {
+    fn check(&self, matches: usize) -> Result<(), CorrectError> {
+        let counts = [self.predictions.map(<[_]>::len), self.expectations.map(<[_]>::len)];
+        match counts.into_iter().flatten().find(|&count| count != matches) {
+            Some(known) => Err(CorrectError::Known { known, matches }),
+            None => Ok(()),
+        }
+    }
+
+    /// Where a match comes from, and the warp it comes with.
+    fn origin(&self, i: usize, m: &Match) -> Guess {
+        self.predictions.map_or_else(|| Guess::at(m.a), |all| all[i])
+    }
+}
+
+/// Judges matches by their neighbours and by what is `known`, and searches again those that fail.
 pub fn geometric(
     a: &Pyramid,
     b: &Pyramid,
     matches: &[Match],
-    expectations: Option<&[Expectation]>,
+    known: &Known,
     options: &GeometricOptions,
 ) -> Result<Correction, CorrectError> {
     for (name, value) in [
@@ -85,15 +110,14 @@ pub fn geometric(
     ] {
         positive(name, value)?;
     }
-    if let Some(expectations) = expectations
-        && expectations.len() != matches.len()
-    {
-        return Err(CorrectError::Expectations { expectations: expectations.len(), matches: matches.len() });
-    }
+    known.check(matches.len())?;
     let correction = Correction::unchanged(matches);
     let usable: Vec<bool> = correction.outcomes.iter().map(|outcome| outcome.is_usable()).collect();
-    let graph = Graph::new(matches);
-    let mut judge = Judge { graph, active: usable, scale: options.residual_px, correction, expectations, options };
+    let origins: Vec<Guess> = matches.iter().enumerate().map(|(i, m)| known.origin(i, m)).collect();
+    let graph = Graph::new(&origins.iter().map(|origin| origin.position).collect::<Vec<_>>());
+    let expectations = known.expectations;
+    let mut judge =
+        Judge { graph, origins, active: usable, scale: options.residual_px, correction, expectations, options };
     judge.correction.violations_before = judge.flips().0;
     judge.expect();
     judge.thin_out();
@@ -104,6 +128,8 @@ pub fn geometric(
 
 struct Judge<'a> {
     graph: Graph,
+    /// Where each match comes from.
+    origins: Vec<Guess>,
     /// Matches that their neighbours are judged by.
     active: Vec<bool>,
     /// Standard deviation of a residual along an axis, pixels.
@@ -114,8 +140,13 @@ struct Judge<'a> {
 }
 
 impl Judge<'_> {
+    fn displaced(&self) -> Vec<Displaced> {
+        let pairs = self.origins.iter().zip(&self.correction.matches);
+        pairs.map(|(origin, m)| Displaced { from: origin.position, to: m.b }).collect()
+    }
+
     fn flips(&self) -> (usize, Vec<usize>) {
-        self.graph.flips(&self.correction.matches, &self.active, self.options.flip_px)
+        self.graph.flips(&self.displaced(), &self.active, self.options.flip_px)
     }
 
     fn unexpected(&self, i: usize, point: &Vec2) -> bool {
@@ -138,7 +169,8 @@ impl Judge<'_> {
 
     /// The local maps of all matches that satisfy a condition, in order.
     fn maps(&self, wanted: impl Fn(usize) -> bool + Sync) -> Vec<Option<LocalMap>> {
-        let map = |i| wanted(i).then(|| local_map(i, &self.graph, &self.correction.matches, &self.active)).flatten();
+        let displaced = self.displaced();
+        let map = |i| wanted(i).then(|| local_map(i, &self.graph, &displaced, &self.active)).flatten();
         (0..self.active.len()).into_par_iter().with_min_len(16).map(map).collect()
     }
 
@@ -198,8 +230,10 @@ impl Judge<'_> {
         }
         let Some(search) = &self.options.search else { return Ok(()) };
         let points: Vec<Vec2> = lost.iter().map(|&(i, ..)| self.correction.matches[i].a).collect();
-        let guesses: Vec<Guess> =
-            lost.iter().map(|(_, map, _)| Guess { position: map.position, warp: map.warp }).collect();
+        let guess = |&(i, map, _): &(usize, &LocalMap, Reason)| {
+            Guess { position: map.position, warp: map.warp * self.origins[i].warp }
+        };
+        let guesses: Vec<Guess> = lost.iter().map(guess).collect();
         for (&(i, map, reason), found) in lost.iter().zip(track(a, b, &points, Some(&guesses), search)?) {
             if found.status != Status::Found || self.unexpected(i, &found.position) {
                 continue;
@@ -243,6 +277,10 @@ mod tests {
         (a, picture(SHIFT), displaced(&points, SHIFT))
     }
 
+    fn expecting(expectations: &[Expectation]) -> Known<'_> {
+        Known { expectations: Some(expectations), ..Known::default() }
+    }
+
     #[test]
     fn planted_errors_are_moved_back_and_nothing_else() {
         let (a, b, mut matches) = scene();
@@ -251,7 +289,7 @@ mod tests {
             let turn = i as f64;
             matches[i].b += Vec2::new(turn.cos(), turn.sin()) * (2.0 + turn % 23.0);
         }
-        let correction = geometric(&a, &b, &matches, None, &GeometricOptions::default()).unwrap();
+        let correction = geometric(&a, &b, &matches, &Known::default(), &GeometricOptions::default()).unwrap();
         assert!(correction.violations_before > 0);
         assert_eq!(correction.violations_after, 0);
         let mut recovered = 0;
@@ -276,7 +314,7 @@ mod tests {
             let angle = ((m.a.x - 120.0) / 140.0).asin() + 0.2;
             m.b = Vec2::new(120.0 + 140.0 * angle.sin(), m.a.y);
         }
-        let correction = geometric(&a, &b, &matches, None, &GeometricOptions::default()).unwrap();
+        let correction = geometric(&a, &b, &matches, &Known::default(), &GeometricOptions::default()).unwrap();
         let kept = correction.outcomes.iter().filter(|&&outcome| outcome == Outcome::Kept).count();
         assert!(kept as f64 >= 0.97 * matches.len() as f64, "{kept} of {}", matches.len());
     }
@@ -289,21 +327,21 @@ mod tests {
         expectations[7] = Expectation::Line { normal: up, offset: at + 5.0 };
         expectations[8] = Expectation::Line { normal: up, offset: matches[8].b.y - 0.5 };
         expectations[9] = Expectation::Unknown;
-        let correction = geometric(&a, &b, &matches, Some(&expectations), &GeometricOptions::default()).unwrap();
+        let correction = geometric(&a, &b, &matches, &expecting(&expectations), &GeometricOptions::default()).unwrap();
         for (i, outcome) in correction.outcomes.iter().enumerate() {
             let expected = if i == 7 { Outcome::Rejected(Reason::Expectation) } else { Outcome::Kept };
             assert_eq!(*outcome, expected, "{i}");
         }
-        let refused = geometric(&a, &b, &matches, Some(&[]), &GeometricOptions::default());
-        assert!(matches!(refused, Err(CorrectError::Expectations { expectations: 0, .. })));
+        let refused = geometric(&a, &b, &matches, &expecting(&[]), &GeometricOptions::default());
+        assert!(matches!(refused, Err(CorrectError::Known { known: 0, .. })));
     }
 
     #[test]
     fn too_few_matches_cannot_be_judged() {
         let (a, b, matches) = scene();
-        let correction = geometric(&a, &b, &matches[..3], None, &GeometricOptions::default()).unwrap();
+        let correction = geometric(&a, &b, &matches[..3], &Known::default(), &GeometricOptions::default()).unwrap();
         assert_eq!(correction.outcomes, [Outcome::Rejected(Reason::Isolated); 3]);
-        assert!(geometric(&a, &b, &[], None, &GeometricOptions::default()).unwrap().matches.is_empty());
+        assert!(geometric(&a, &b, &[], &Known::default(), &GeometricOptions::default()).unwrap().matches.is_empty());
     }
 
     #[test]
@@ -312,7 +350,7 @@ mod tests {
         let missing: Vec<usize> = (3..matches.len()).step_by(5).collect();
         missing.iter().for_each(|&i| matches[i] = Match::missing(matches[i].a));
         matches.push(Match { a: Vec2::new(f64::NAN, 1.0), b: Vec2::zeros() });
-        let correction = geometric(&a, &b, &matches, None, &GeometricOptions::default()).unwrap();
+        let correction = geometric(&a, &b, &matches, &Known::default(), &GeometricOptions::default()).unwrap();
         assert_eq!(correction.outcomes.last(), Some(&Outcome::Rejected(Reason::Missing)));
         let found = missing.iter().filter(|&&i| correction.outcomes[i] == Outcome::Moved(Reason::Missing)).count();
         assert!(found * 10 >= missing.len() * 8, "{found} of {}", missing.len());
@@ -327,7 +365,7 @@ mod tests {
         matches.iter_mut().step_by(5).for_each(|m| m.b.x += 9.0);
         let run = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| geometric(&a, &b, &matches, None, &GeometricOptions::default()).unwrap())
+            pool.install(|| geometric(&a, &b, &matches, &Known::default(), &GeometricOptions::default()).unwrap())
         };
         assert_eq!(run(1), run(4));
     }

@@ -13,7 +13,7 @@ mod geometric;
 mod local_adjustment;
 mod neighbours;
 
-pub use geometric::{Expectation, GeometricOptions, geometric};
+pub use geometric::{Expectation, GeometricOptions, Known, geometric};
 pub use local_adjustment::{LocalAdjustmentOptions, local_adjustment};
 
 use geometry::Vec2;
@@ -21,11 +21,11 @@ use geometry::Vec2;
 /// Why matches could not be corrected.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CorrectError {
-    /// Not one expectation per match.
-    #[error("there are {expectations} expectations for {matches} matches: give one for each, or none at all")]
-    Expectations {
-        /// Number of expectations.
-        expectations: usize,
+    /// Not one prediction or expectation per match.
+    #[error("there are {known} predictions or expectations for {matches} matches: give one for each, or none at all")]
+    Known {
+        /// Number of predictions or expectations.
+        known: usize,
         /// Number of matches.
         matches: usize,
     },
@@ -105,7 +105,8 @@ pub struct Correction {
 }
 
 impl Correction {
-    fn unchanged(matches: &[Match]) -> Self {
+    /// Every match with a position kept as it is.
+    pub fn unchanged(matches: &[Match]) -> Self {
         let finite = |m: &Match| m.a.iter().chain(m.b.iter()).all(|x| x.is_finite());
         let outcome = |m| if finite(m) { Outcome::Kept } else { Outcome::Rejected(Reason::Missing) };
         let outcomes = matches.iter().map(outcome).collect();

@@ -1,0 +1,121 @@
+//! Points of the skin, seen in one frame, sought in another.
+//!
+//! The template is always the first frame's patch, warped as the head's pose and surface predict it. What neighbouring
+//! points contradict is searched again where they put it ([`vision::correct`]).
+
+use super::surface::{SkinPoint, View};
+use crate::FacewrightError;
+use geometry::Vec2;
+use image::GrayImage;
+use vision::corners::{CornerOptions, detect};
+use vision::correct::{Correction, GeometricOptions, Known, Match, Outcome, geometric};
+use vision::pyramid::Pyramid;
+use vision::track::{Guess, Status, Track, TrackOptions, track};
+
+/// How points are chosen and sought.
+#[derive(Clone, Debug)]
+pub struct SearchOptions {
+    /// Side of the patch as part of the distance between the eyes.
+    pub patch: f64,
+    /// Side of the patch, odd pixels, instead.
+    pub window: Option<usize>,
+    /// Pyramid levels used.
+    pub levels: usize,
+    /// The surface must face the camera within this angle in both frames, degrees.
+    pub max_slant_deg: f64,
+    /// Judge matches by their neighbours and search again those that fail.
+    pub correct: bool,
+}
+
+impl Default for SearchOptions {
+    fn default() -> Self {
+        Self { patch: 0.22, window: None, levels: 2, max_slant_deg: 68.0, correct: true }
+    }
+}
+
+impl SearchOptions {
+    /// Window of the tracker, odd pixels, in proportion to the face unless it was given.
+    pub fn window(&self, view: &View) -> usize {
+        let eyes = 0.063 * view.camera.fx / view.cam_from_head.translation.z.max(1e-3);
+        self.window.unwrap_or((((self.patch * eyes).round() as usize) | 1).clamp(7, 31))
+    }
+
+    /// Least cosine between the skin's normal and the direction to the camera.
+    pub fn least_cosine(&self) -> f64 {
+        self.max_slant_deg.to_radians().cos()
+    }
+}
+
+/// A frame with the head in it.
+pub struct Scene<'a> {
+    pub pyramid: &'a Pyramid,
+    /// 255 where skin may be tracked.
+    pub mask: &'a GrayImage,
+    pub view: View<'a>,
+}
+
+/// A point of the skin in the frame it was chosen in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seed {
+    pub pixel: Vec2,
+    pub point: SkinPoint,
+}
+
+/// A seed in another frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sighting {
+    /// Before the correction; not a number where the tracker gave the point up.
+    pub tracked: Vec2,
+    pub pixel: Vec2,
+    pub sigma_px: f64,
+    pub outcome: Outcome,
+}
+
+/// Corners of a frame within a mask, cast onto the head.
+pub fn seeds(scene: &Scene, mask: &GrayImage, options: &CornerOptions) -> Result<Vec<Seed>, FacewrightError> {
+    let corners = detect(scene.pyramid, Some(mask), options)?;
+    let seed = |pixel: Vec2| Some(Seed { pixel, point: scene.view.cast(&pixel)? });
+    Ok(corners.iter().filter_map(|corner| seed(corner.position)).collect())
+}
+
+/// Seeks the seeds of one frame in another; `None` where the head hides them, or shows them too much from the side.
+pub fn search(
+    from: &Scene,
+    to: &Scene,
+    seeds: &[Seed],
+    options: &SearchOptions,
+) -> Result<Vec<Option<Sighting>>, FacewrightError> {
+    let cosine = options.least_cosine();
+    let guess = |seed: &Seed| {
+        to.view.facing(&seed.point).filter(|found| *found > cosine)?;
+        from.view.predict(&seed.point, &seed.pixel, &to.view)
+    };
+    let (wanted, guesses): (Vec<usize>, Vec<Guess>) =
+        seeds.iter().enumerate().filter_map(|(i, seed)| Some((i, guess(seed)?))).unzip();
+    let points: Vec<Vec2> = wanted.iter().map(|&i| seeds[i].pixel).collect();
+    let careful = TrackOptions { window: options.window(&from.view), levels: options.levels, ..TrackOptions::default() };
+    let tracked = track(from.pyramid, to.pyramid, &points, Some(&guesses), &careful)?;
+    let matches: Vec<Match> = points.iter().zip(&tracked).map(found).collect();
+    let correction = if options.correct {
+        let search = TrackOptions { levels: 1, ..careful };
+        let known = Known { predictions: Some(&guesses), ..Known::default() };
+        let options = GeometricOptions { search: Some(search), ..GeometricOptions::default() };
+        geometric(from.pyramid, to.pyramid, &matches, &known, &options)?
+    } else {
+        Correction::unchanged(&matches)
+    };
+    let mut sightings = vec![None; seeds.len()];
+    for (k, &i) in wanted.iter().enumerate() {
+        sightings[i] = Some(Sighting {
+            tracked: matches[k].b,
+            pixel: if correction.matches[k].b.x.is_finite() { correction.matches[k].b } else { tracked[k].position },
+            sigma_px: tracked[k].sigma_px,
+            outcome: correction.outcomes[k],
+        });
+    }
+    Ok(sightings)
+}
+
+fn found((point, track): (&Vec2, &Track)) -> Match {
+    if track.status == Status::Found { Match { a: *point, b: track.position } } else { Match::missing(*point) }
+}
