@@ -1,7 +1,7 @@
 //! Corners of the face matched between two frames (paper, sections 2.3 and 2.4; and ours).
 
 use crate::clip::{head_size, observation};
-use crate::track::{Scene, SearchOptions, Seed, Sighting, Surface, View, search, seeds};
+use crate::track::{Scene, Search, SearchOptions, Seed, Sighting, Surface, View, search, seeds};
 use crate::{Assets, CameraSource, FacewrightError, FrameSet, Method, SourcedCamera, camera::starting_camera};
 use geometry::{Camera, Progress, Vec2};
 use head::fit::{FitOptions, FrameObservation, fit_landmarks};
@@ -10,10 +10,10 @@ use motion::two_view::{TwoViewOptions, robust};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use vision::corners::{CornerOptions, Spread, detect};
-use vision::correct::{LocalAdjustmentOptions, Match as PointMatch, local_adjustment};
+use vision::correct::{Correction, LocalAdjustmentOptions, Match as PointMatch, Outcome, Reason, local_adjustment};
 use vision::landmarks::{MaskOptions, face_mask};
 use vision::pyramid::Pyramid;
-use vision::track::{Status, TrackOptions, track};
+use vision::track::{Status, Track, TrackOptions, track};
 
 /// Corners of the paper's example.
 const PAPER_CORNERS: usize = 66;
@@ -27,6 +27,8 @@ pub struct MatchOptions {
     pub method: Method,
     /// Window of the tracker, odd pixels; the paper's best (7), or in proportion to the face, unless given.
     pub window: Option<usize>,
+    /// Pyramid levels of the tracker; four for the paper's, two where the head predicts the matches, unless given.
+    pub levels: Option<usize>,
     /// Corners at most.
     pub points: usize,
     /// Search matches again that contradict their neighbours.
@@ -37,22 +39,51 @@ pub struct MatchOptions {
 
 impl Default for MatchOptions {
     fn default() -> Self {
-        Self { method: Method::Default, window: None, points: PAPER_CORNERS, correct: true, epipolar_px: 1.0 }
+        Self {
+            method: Method::Default,
+            window: None,
+            levels: None,
+            points: PAPER_CORNERS,
+            correct: true,
+            epipolar_px: 1.0,
+        }
     }
 }
 
 /// A match: `ua, va, ub, vb` pixels, and 1 where it is kept.
 pub type Match = (f64, f64, f64, f64, u8);
 
-/// Matches of one pair of frames.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// Matches of one pair of frames; the lists have one entry per match.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MatchedPair {
     /// Name of the first frame.
     pub a: String,
     /// Name of the second frame.
     pub b: String,
-    /// The matches.
+    /// The matches. One that is not kept stands where it was last believed to be.
     pub points: Vec<Match>,
+    /// Where the tracker had put each point in the second frame before the correction; none where it had given it up.
+    pub tracked: Vec<Option<[f64; 2]>>,
+    /// What became of each: `kept`, `moved: REASON` or `rejected: REASON`.
+    pub outcomes: Vec<String>,
+    /// Cross matches (pairs on a line, method `paper`) or flipped triangles (`default`) before the correction …
+    pub violations_before: usize,
+    /// … and after it.
+    pub violations_after: usize,
+}
+
+impl MatchedPair {
+    /// The matches that are believed.
+    pub fn kept(&self) -> impl Iterator<Item = &Match> {
+        self.points.iter().filter(|point| point.4 == 1)
+    }
+
+    /// Adds a point of the first frame with its place in the second one, what the tracker had said, and the verdict.
+    fn add(&mut self, a: &Vec2, b: &Vec2, tracked: Option<Vec2>, outcome: Outcome) {
+        self.points.push((a.x, a.y, b.x, b.y, u8::from(outcome.is_usable())));
+        self.tracked.push(tracked.map(|at| [at.x, at.y]));
+        self.outcomes.push(outcome.to_string());
+    }
 }
 
 /// `matches.json`.
@@ -74,27 +105,28 @@ pub fn match_pair(
     let frames = FrameSet::open(&[a.to_owned(), b.to_owned()], progress)?;
     let camera = starting_camera(&frames, camera)?;
     let looks = [look(&frames, 0, assets)?, look(&frames, 1, assets)?];
-    let points = match options.method {
+    let mut pair = match options.method {
         Method::Paper => {
             let pyramids = [looks[0].pyramid.clone(), looks[1].pyramid.clone()];
             paper_matches(&pyramids, &looks[0].mask, options)?
         }
         Method::Default => head_matches(&looks, assets, &camera, options, progress)?,
     };
-    let kept = points.iter().filter(|p| p.4 == 1).count();
+    let kept = pair.kept().count();
     if kept < 8 {
         return Err(FacewrightError::TooFewMatches { found: kept });
     }
-    let [a, b] = [0, 1].map(|i| frames.frames[i].name.clone());
-    Ok(Matches { pairs: vec![MatchedPair { a, b, points }] })
+    [pair.a, pair.b] = [0, 1].map(|i| frames.frames[i].name.clone());
+    Ok(Matches { pairs: vec![pair] })
 }
 
-/// The paper's: corners by the smaller eigenvalue, pyramidal Lucas–Kanade, local adjustment of cross matches.
+/// The paper's: corners by the smaller eigenvalue, pyramidal Lucas–Kanade, local adjustment of cross matches. The pair has
+/// no names yet.
 pub fn paper_matches(
     pyramids: &[Pyramid; 2],
     mask: &GrayImage,
     options: &MatchOptions,
-) -> Result<Vec<Match>, FacewrightError> {
+) -> Result<MatchedPair, FacewrightError> {
     let window = options.window.unwrap_or(PAPER_WINDOW);
     let corner_options = CornerOptions {
         max_count: options.points,
@@ -104,17 +136,29 @@ pub fn paper_matches(
         ..CornerOptions::default()
     };
     let corners: Vec<Vec2> = detect(&pyramids[0], Some(mask), &corner_options)?.iter().map(|c| c.position).collect();
-    let tracked = track(&pyramids[0], &pyramids[1], &corners, None, &TrackOptions::paper(window))?;
-    let found: Vec<PointMatch> = corners
-        .iter()
-        .zip(&tracked)
-        .filter(|(_, t)| t.status == Status::Found)
-        .map(|(a, t)| PointMatch { a: *a, b: t.position })
-        .collect();
-    let adjustment = LocalAdjustmentOptions { window, ..LocalAdjustmentOptions::default() };
-    let corrected = local_adjustment(&pyramids[0], &pyramids[1], &found, &adjustment)?;
-    let judged = corrected.matches.iter().zip(&corrected.outcomes);
-    Ok(judged.map(|(m, outcome)| (m.a.x, m.a.y, m.b.x, m.b.y, u8::from(outcome.is_usable()))).collect())
+    let paper = TrackOptions::paper(window);
+    let track_options = TrackOptions { levels: options.levels.unwrap_or(paper.levels), ..paper };
+    let tracked = track(&pyramids[0], &pyramids[1], &corners, None, &track_options)?;
+    let found = |t: &Track| t.status == Status::Found;
+    let match_of =
+        |(a, t): (&Vec2, &Track)| if found(t) { PointMatch { a: *a, b: t.position } } else { PointMatch::missing(*a) };
+    let matches: Vec<PointMatch> = corners.iter().zip(&tracked).map(match_of).collect();
+    let correction = if options.correct {
+        let adjustment = LocalAdjustmentOptions { window, ..LocalAdjustmentOptions::default() };
+        local_adjustment(&pyramids[0], &pyramids[1], &matches, &adjustment)?
+    } else {
+        Correction::unchanged(&matches)
+    };
+    let mut pair = MatchedPair {
+        violations_before: correction.violations_before,
+        violations_after: correction.violations_after,
+        ..MatchedPair::default()
+    };
+    for (i, (m, outcome)) in correction.matches.iter().zip(&correction.outcomes).enumerate() {
+        let b = if outcome.is_usable() { m.b } else { tracked[i].position };
+        pair.add(&corners[i], &b, found(&tracked[i]).then_some(tracked[i].position), *outcome);
+    }
+    Ok(pair)
 }
 
 /// A frame with a face in it.
@@ -140,7 +184,7 @@ fn head_matches(
     camera: &SourcedCamera,
     options: &MatchOptions,
     progress: &Progress,
-) -> Result<Vec<Match>, FacewrightError> {
+) -> Result<MatchedPair, FacewrightError> {
     let fit_options = FitOptions {
         focal_sigma: if camera.source == CameraSource::Board { 0.0 } else { 1e-3 },
         size: head_size(None),
@@ -161,26 +205,42 @@ fn head_matches(
         Ok(Scene { pyramid: &looks[i].pyramid, mask: &looks[i].mask, view })
     };
     let (from, to) = (scene(0)?, scene(1)?);
-    let search_options = SearchOptions { window: options.window, correct: options.correct, ..SearchOptions::default() };
+    let usual = SearchOptions::default();
+    let search_options = SearchOptions {
+        window: options.window,
+        levels: options.levels.unwrap_or(usual.levels),
+        correct: options.correct,
+        ..usual
+    };
     let margin = search_options.window(&from.view) / 4;
     let mut shared = from.view.shared(&to.view, search_options.least_cosine(), margin);
     shared.iter_mut().zip(from.mask.iter()).for_each(|(shared, mask)| *shared &= mask);
     let corners = CornerOptions { max_count: options.points, ..CornerOptions::default() };
     let seeds = seeds(&from, &shared, &corners)?;
-    let sightings = search(&from, &to, &seeds, &search_options)?;
-    Ok(vote(&seeds, &sightings, &camera.camera, options))
+    let found = search(&from, &to, &seeds, &search_options)?;
+    Ok(vote(&seeds, &found, &camera.camera, options))
 }
 
 /// Marks the matches that one motion of the head explains.
-fn vote(seeds: &[Seed], sightings: &[Option<Sighting>], camera: &Camera, options: &MatchOptions) -> Vec<Match> {
-    let found: Vec<(Vec2, Sighting)> = seeds.iter().zip(sightings).filter_map(|(s, t)| Some((s.pixel, (*t)?))).collect();
-    let usable: Vec<usize> = (0..found.len()).filter(|&i| found[i].1.outcome.is_usable()).collect();
-    let a: Vec<Vec2> = usable.iter().map(|&i| camera.normalise(&found[i].0)).collect();
-    let b: Vec<Vec2> = usable.iter().map(|&i| camera.normalise(&found[i].1.pixel)).collect();
+fn vote(seeds: &[Seed], found: &Search, camera: &Camera, options: &MatchOptions) -> MatchedPair {
+    let seen = seeds.iter().zip(&found.sightings).filter_map(|(seed, sighting)| Some((seed.pixel, (*sighting)?)));
+    let (pixels, mut sightings): (Vec<Vec2>, Vec<Sighting>) = seen.unzip();
+    let usable: Vec<usize> = (0..pixels.len()).filter(|&i| sightings[i].outcome.is_usable()).collect();
+    let a: Vec<Vec2> = usable.iter().map(|&i| camera.normalise(&pixels[i])).collect();
+    let b: Vec<Vec2> = usable.iter().map(|&i| camera.normalise(&sightings[i].pixel)).collect();
     let two_view = TwoViewOptions { threshold: options.epipolar_px / camera.fx, ..TwoViewOptions::default() };
     // Frames that are too alike for a motion have nothing against any match.
-    let inliers = robust(&a, &b, &two_view).map_or_else(|_| vec![true; usable.len()], |motion| motion.inliers);
-    let mut kept = vec![0; found.len()];
-    usable.iter().zip(inliers).for_each(|(&i, inlier)| kept[i] = u8::from(inlier));
-    found.iter().zip(kept).map(|((a, t), kept)| (a.x, a.y, t.pixel.x, t.pixel.y, kept)).collect()
+    if let Ok(motion) = robust(&a, &b, &two_view) {
+        let outside = usable.iter().zip(motion.inliers).filter(|(_, inlier)| !inlier);
+        outside.for_each(|(&i, _)| sightings[i].outcome = Outcome::Rejected(Reason::Expectation));
+    }
+    let mut pair = MatchedPair {
+        violations_before: found.violations_before,
+        violations_after: found.violations_after,
+        ..MatchedPair::default()
+    };
+    for (pixel, sighting) in pixels.iter().zip(&sightings) {
+        pair.add(pixel, &sighting.pixel, sighting.tracked, sighting.outcome);
+    }
+    pair
 }

@@ -124,8 +124,8 @@ fn two_frame_motion(
     camera: &Camera,
 ) -> Result<Transform, FacewrightError> {
     let pyramids: [Pyramid; 2] = [a.pyramid.clone(), b.pyramid.clone()];
-    let matches = paper_matches(&pyramids, &a.mask, &MatchOptions::default())?;
-    let kept: Vec<_> = matches.iter().filter(|m| m.4 == 1).collect();
+    let pair = paper_matches(&pyramids, &a.mask, &MatchOptions::default())?;
+    let kept: Vec<_> = pair.kept().collect();
     let in_a: Vec<Vec2> = kept.iter().map(|m| camera.normalise(&Vec2::new(m.0, m.1))).collect();
     let in_b: Vec<Vec2> = kept.iter().map(|m| camera.normalise(&Vec2::new(m.2, m.3))).collect();
     let and_features = |corners: &[Vec2], rays: &[Vec2]| -> Vec<Vec2> {

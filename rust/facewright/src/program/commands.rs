@@ -38,14 +38,21 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
         Command::Calibrate { .. } | Command::Undistort { .. } => {
             super::calibrate::execute(&arguments.command, progress)
         }
-        Command::Match { a, b, camera, method, window, output } => {
-            let options = MatchOptions { method: (*method).into(), window: Some(*window), ..MatchOptions::default() };
+        Command::Match { a, b, camera, method, points, window, levels, no_correction, output } => {
+            let options = MatchOptions {
+                method: (*method).into(),
+                points: *points,
+                window: *window,
+                levels: *levels,
+                correct: !no_correction,
+                ..MatchOptions::default()
+            };
             let camera = camera.as_deref().map(SourcedCamera::read).transpose()?;
             let assets = load_assets(arguments)?;
             let matches = match_pair(a, b, camera.as_ref(), &assets, &options, progress)?;
             write_json(output, &matches)?;
             let pair = &matches.pairs[0];
-            let kept = pair.points.iter().filter(|p| p.4 == 1).count();
+            let kept = pair.kept().count();
             let text = format!("{kept} of {} matches kept, in {}", pair.points.len(), output.display());
             Ok(Summary { text, json: json!(matches) })
         }

@@ -94,9 +94,18 @@ enum Command {
         /// Chain of steps
         #[arg(long, value_enum, default_value = "default")]
         method: MethodArgument,
-        /// Window of the tracker, pixels, odd
-        #[arg(long, default_value_t = 7)]
-        window: usize,
+        /// Corners at most
+        #[arg(long, default_value_t = 66)]
+        points: usize,
+        /// Window of the tracker, pixels, odd (default: 7 for the paper's method, else in proportion to the face)
+        #[arg(long)]
+        window: Option<usize>,
+        /// Pyramid levels of the tracker (default: 4 for the paper's method, else 2)
+        #[arg(long)]
+        levels: Option<usize>,
+        /// Leave the matches as the tracker found them
+        #[arg(long)]
+        no_correction: bool,
         /// Matches file to write
         #[arg(short, long, default_value = "matches.json")]
         output: PathBuf,

@@ -109,7 +109,11 @@ fn follow_from(reference: usize, scenes: &[Scene], options: &FollowOptions) -> R
         let mut observations: Vec<(usize, Vec2, f64)> = others
             .iter()
             .zip(&sightings)
-            .filter_map(|(&i, found)| found[k].filter(|s| s.outcome.is_usable() && s.sigma_px.is_finite()).map(|s| (i, s.pixel, s.sigma_px.max(FINEST_PX))))
+            .filter_map(|(&i, found)| {
+                found.sightings[k]
+                    .filter(|s| s.outcome.is_usable() && s.sigma_px.is_finite())
+                    .map(|s| (i, s.pixel, s.sigma_px.max(FINEST_PX)))
+            })
             .collect();
         observations.push((reference, seed.pixel, REFERENCE_PX));
         observations.sort_by_key(|o| o.0);

@@ -5,5 +5,5 @@ mod search;
 mod surface;
 
 pub use follow::{FaceTrack, FollowOptions, TrackedFrame, follow};
-pub use search::{Scene, SearchOptions, Seed, Sighting, search, seeds};
+pub use search::{Scene, Search, SearchOptions, Seed, Sighting, search, seeds};
 pub use surface::{Surface, View};

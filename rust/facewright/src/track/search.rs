@@ -64,11 +64,22 @@ pub struct Seed {
 /// A seed in another frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sighting {
-    /// Before the correction; not a number where the tracker gave the point up.
-    pub tracked: Vec2,
+    /// Before the correction; none where the tracker gave the point up.
+    pub tracked: Option<Vec2>,
     pub pixel: Vec2,
     pub sigma_px: f64,
     pub outcome: Outcome,
+}
+
+/// The seeds of one frame in another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Search {
+    /// One per seed; none where the head hides it, or shows it too much from the side.
+    pub sightings: Vec<Option<Sighting>>,
+    /// Flipped triangles before the correction …
+    pub violations_before: usize,
+    /// … and after it.
+    pub violations_after: usize,
 }
 
 /// Corners of a frame within a mask, cast onto the head.
@@ -78,13 +89,8 @@ pub fn seeds(scene: &Scene, mask: &GrayImage, options: &CornerOptions) -> Result
     Ok(corners.iter().filter_map(|corner| seed(corner.position)).collect())
 }
 
-/// Seeks the seeds of one frame in another; `None` where the head hides them, or shows them too much from the side.
-pub fn search(
-    from: &Scene,
-    to: &Scene,
-    seeds: &[Seed],
-    options: &SearchOptions,
-) -> Result<Vec<Option<Sighting>>, FacewrightError> {
+/// Seeks the seeds of one frame in another.
+pub fn search(from: &Scene, to: &Scene, seeds: &[Seed], options: &SearchOptions) -> Result<Search, FacewrightError> {
     let cosine = options.least_cosine();
     let guess = |seed: &Seed| {
         to.view.facing(&seed.point).filter(|found| *found > cosine)?;
@@ -93,7 +99,8 @@ pub fn search(
     let (wanted, guesses): (Vec<usize>, Vec<Guess>) =
         seeds.iter().enumerate().filter_map(|(i, seed)| Some((i, guess(seed)?))).unzip();
     let points: Vec<Vec2> = wanted.iter().map(|&i| seeds[i].pixel).collect();
-    let careful = TrackOptions { window: options.window(&from.view), levels: options.levels, ..TrackOptions::default() };
+    let careful =
+        TrackOptions { window: options.window(&from.view), levels: options.levels, ..TrackOptions::default() };
     let tracked = track(from.pyramid, to.pyramid, &points, Some(&guesses), &careful)?;
     let matches: Vec<Match> = points.iter().zip(&tracked).map(found).collect();
     let correction = if options.correct {
@@ -107,13 +114,14 @@ pub fn search(
     let mut sightings = vec![None; seeds.len()];
     for (k, &i) in wanted.iter().enumerate() {
         sightings[i] = Some(Sighting {
-            tracked: matches[k].b,
+            tracked: (tracked[k].status == Status::Found).then_some(tracked[k].position),
             pixel: if correction.matches[k].b.x.is_finite() { correction.matches[k].b } else { tracked[k].position },
             sigma_px: tracked[k].sigma_px,
             outcome: correction.outcomes[k],
         });
     }
-    Ok(sightings)
+    let Correction { violations_before, violations_after, .. } = correction;
+    Ok(Search { sightings, violations_before, violations_after })
 }
 
 fn found((point, track): (&Vec2, &Track)) -> Match {

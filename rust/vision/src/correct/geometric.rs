@@ -230,8 +230,9 @@ impl Judge<'_> {
         }
         let Some(search) = &self.options.search else { return Ok(()) };
         let points: Vec<Vec2> = lost.iter().map(|&(i, ..)| self.correction.matches[i].a).collect();
-        let guess = |&(i, map, _): &(usize, &LocalMap, Reason)| {
-            Guess { position: map.position, warp: map.warp * self.origins[i].warp }
+        let guess = |&(i, map, _): &(usize, &LocalMap, Reason)| Guess {
+            position: map.position,
+            warp: map.warp * self.origins[i].warp,
         };
         let guesses: Vec<Guess> = lost.iter().map(guess).collect();
         for (&(i, map, reason), found) in lost.iter().zip(track(a, b, &points, Some(&guesses), search)?) {

@@ -17,6 +17,7 @@ pub use geometric::{Expectation, GeometricOptions, Known, geometric};
 pub use local_adjustment::{LocalAdjustmentOptions, local_adjustment};
 
 use geometry::Vec2;
+use std::fmt::{self, Display, Formatter};
 
 /// Why matches could not be corrected.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -73,6 +74,18 @@ pub enum Reason {
     Missing,
 }
 
+impl Display for Reason {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Order => "order",
+            Self::Residual => "away from its neighbours",
+            Self::Expectation => "not where the motion puts it",
+            Self::Isolated => "no neighbours",
+            Self::Missing => "not found",
+        })
+    }
+}
+
 /// What became of a match.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
@@ -88,6 +101,17 @@ impl Outcome {
     /// Whether the match may be used.
     pub fn is_usable(self) -> bool {
         !matches!(self, Self::Rejected(_))
+    }
+}
+
+impl Display for Outcome {
+    /// `kept`, `moved: REASON` or `rejected: REASON`.
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Kept => f.write_str("kept"),
+            Self::Moved(reason) => write!(f, "moved: {reason}"),
+            Self::Rejected(reason) => write!(f, "rejected: {reason}"),
+        }
     }
 }
 

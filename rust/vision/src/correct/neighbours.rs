@@ -114,8 +114,10 @@ pub(super) fn local_map(i: usize, graph: &Graph, matches: &[Displaced], active: 
     coefficients.set_row(0, &nalgebra::RowVector2::new(here.x + component(0), here.y + component(1)));
     coefficients.set_row(1, &nalgebra::RowVector2::new(reach, 0.0));
     coefficients.set_row(2, &nalgebra::RowVector2::new(0.0, reach));
-    let regressors: Vec<Vector3<f64>> =
-        neighbours.iter().map(|m| Vector3::new(1.0, (m.from.x - here.x) / reach, (m.from.y - here.y) / reach)).collect();
+    let regressors: Vec<Vector3<f64>> = neighbours
+        .iter()
+        .map(|m| Vector3::new(1.0, (m.from.x - here.x) / reach, (m.from.y - here.y) / reach))
+        .collect();
     let (mut spread, mut scale) = (f64::INFINITY, f64::INFINITY);
     for _ in 0..FITS {
         let residuals: Vec<f64> =
@@ -162,8 +164,8 @@ pub(super) fn median(values: &mut [f64]) -> f64 {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use super::*;
     use super::super::Match;
+    use super::*;
     use crate::pyramid::Pyramid;
     use image::{GrayImage, Luma};
 
