@@ -1,23 +1,16 @@
 //! A clip after it was looked at: faces, the head that their landmarks give, and the frames chosen from it.
 
-use crate::observe::{Observation, observe};
-use crate::select::{Candidate, SelectOptions, median, select};
+use crate::faces::{Faces, TrackedSkin};
+use crate::observe::Observation;
+use crate::select::{SelectOptions, select};
 use crate::{Assets, FacewrightError, FrameSet, SourcedCamera};
-use geometry::{Progress, Transform, Vec2};
-use head::GenericHead;
-use head::fit::{FitOptions, FrameObservation, HeadSize, LandmarkFit, fit_landmarks};
-use image::{GrayImage, RgbImage, imageops};
+use geometry::{Progress, Transform};
+use head::fit::{FrameObservation, LandmarkFit};
+use image::RgbImage;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use vision::landmarks::{Face, MaskOptions, face_mask};
-use vision::pyramid::Pyramid;
+use vision::landmarks::Face;
 
-/// Jitter of the landmark net in terms of the distance between the eyes.
-const NET_JITTER: f64 = 0.012;
-/// Keys that tell whether a face is quiet.
-const EXPRESSIONS: [&str; 6] = ["jawOpen", "mouthSmile", "mouthFunnel", "mouthPucker", "browInnerUp", "mouthStretch"];
-/// Levels of the pyramids that are tracked in.
-const LEVELS: usize = 4;
 /// Turned by less than this, a head shows no depth, degrees.
 const LEAST_TURN_DEG: f64 = 6.0;
 
@@ -27,10 +20,8 @@ pub struct ChosenFrame {
     pub index: usize,
     /// The picture.
     pub picture: RgbImage,
-    /// Its grey levels, halved again and again.
-    pub pyramid: Pyramid,
-    /// Skin that may be tracked.
-    pub mask: GrayImage,
+    /// What points are tracked in.
+    pub skin: TrackedSkin,
 }
 
 /// What is known of a clip before anything is tracked.
@@ -51,11 +42,6 @@ pub struct Clip {
     pub warnings: Vec<String>,
 }
 
-/// How the head's size is known.
-pub fn head_size(interocular: Option<f64>) -> HeadSize {
-    interocular.map_or(HeadSize::Usual, HeadSize::Pupils)
-}
-
 impl Clip {
     /// Finds faces, fits the landmarks and chooses frames.
     pub fn look(
@@ -65,17 +51,9 @@ impl Clip {
         interocular: Option<f64>,
         progress: &Progress,
     ) -> Result<Self, FacewrightError> {
-        let observations = observe(frames, &assets.landmarker, progress)?;
-        let warnings = face_warnings(&observations)?;
-        let seen: Vec<FrameObservation> = observations.iter().map(|o| observation(o.face.as_ref())).collect();
-        let options = FitOptions {
-            focal_sigma: camera.source.focal_sigma(),
-            size: head_size(interocular),
-            ..FitOptions::default()
-        };
-        let landmark_fit = fit_landmarks(&assets.head, &camera.camera, &seen, &options, progress)?;
-        let candidates = candidates(&assets.head, &observations, &landmark_fit);
-        let verdicts = select(&candidates, &SelectOptions::default());
+        let faces = Faces::look(frames, assets, camera, interocular, progress)?;
+        let verdicts = select(&faces.candidates(&assets.head), &SelectOptions::default());
+        let Faces { observations, seen, landmark_fit, warnings } = faces;
         check_enough(&verdicts, &landmark_fit)?;
         let chosen = load_chosen(frames, &observations, &verdicts, progress)?;
         let names = frames.frames.iter().map(|f| f.name.clone()).collect();
@@ -91,54 +69,6 @@ impl Clip {
     pub fn face(&self, chosen: &ChosenFrame) -> Option<&Face> {
         self.observations[chosen.index].face.as_ref()
     }
-}
-
-fn face_warnings(observations: &[Observation]) -> Result<Vec<String>, FacewrightError> {
-    let faces = observations.iter().filter_map(|o| o.face.as_ref());
-    let (found, several) = (faces.clone().count(), faces.filter(|f| f.faces_in_picture > 1).count());
-    match found {
-        0 => Err(FacewrightError::NoFace { frames: observations.len() }),
-        _ if several > 0 => Ok(vec![format!("{several} frames show several faces: the largest one was followed")]),
-        _ => Ok(Vec::new()),
-    }
-}
-
-/// What the landmark fit is told of a frame.
-pub fn observation(face: Option<&Face>) -> FrameObservation {
-    let Some(face) = face else { return FrameObservation::default() };
-    let jitter = (NET_JITTER * face.eye_distance()).hypot(0.2);
-    let visible = face.irises.iter().filter(|i| i.visible);
-    // The eye that looks at the camera: the other one is foreshortened.
-    let widest = visible.map(|i| 2.0 * i.radius).max_by(f64::total_cmp);
-    FrameObservation {
-        landmarks: face.points.iter().map(|p| p.xy()).collect::<Vec<Vec2>>(),
-        sigma_px: vec![jitter; face.points.len()],
-        initial_pose: None,
-        iris_diameter_px: widest,
-    }
-}
-
-fn candidates(head: &GenericHead, observations: &[Observation], fit: &LandmarkFit) -> Vec<Option<Candidate>> {
-    let indices = |wanted: &[&str]| -> Vec<usize> {
-        let matches = |name: &str| wanted.iter().any(|w| name.starts_with(w));
-        (0..head.keys.len()).filter(|&i| matches(&head.keys[i].name)).collect()
-    };
-    let (expressions, blinks) = (indices(&EXPRESSIONS), indices(&["eyeBlink"]));
-    let fitted = || fit.frames.iter().flatten();
-    let usual: Vec<f64> = (0..head.keys.len()).map(|k| median(fitted().map(|f| f.expression[k]))).collect();
-    let strongest =
-        |expression: &[f64], keys: &[usize]| keys.iter().map(|&k| (expression[k] - usual[k]).abs()).fold(0.0, f64::max);
-    let candidate = |(observed, fitted): (&Observation, &Option<head::fit::FittedFrame>)| {
-        let fitted = fitted.as_ref()?;
-        Some(Candidate {
-            cam_from_head: fitted.pose,
-            rms_px: fitted.rms_px,
-            sharpness: observed.sharpness,
-            expression: strongest(&fitted.expression, &expressions),
-            blink: strongest(&fitted.expression, &blinks),
-        })
-    };
-    observations.iter().zip(&fit.frames).map(candidate).collect()
 }
 
 fn check_enough(verdicts: &[Result<String, String>], fit: &LandmarkFit) -> Result<(), FacewrightError> {
@@ -173,10 +103,8 @@ fn load_chosen(
         progress.step(0, 1)?;
         let Some(face) = observations[index].face.as_ref() else { return Ok(None) };
         let picture = frames.load(index)?;
-        let pyramid = Pyramid::new(&imageops::grayscale(&picture), LEVELS);
-        let mask_options = MaskOptions { shrink: 0.04, ..MaskOptions::default() };
-        let mask = face_mask(face, picture.width(), picture.height(), &mask_options);
-        Ok(Some(ChosenFrame { index, picture, pyramid, mask }))
+        let skin = TrackedSkin::of(&picture, face);
+        Ok(Some(ChosenFrame { index, picture, skin }))
     };
     let loaded: Result<Vec<_>, _> = used.par_iter().map(load).collect();
     Ok(loaded?.into_iter().flatten().collect())

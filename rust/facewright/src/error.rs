@@ -138,6 +138,22 @@ pub enum FacewrightError {
         /// Matches found.
         found: usize,
     },
+    /// Tracks that cannot be used.
+    #[error("these are no tracks of this clip: {reason}")]
+    Tracks {
+        /// What is wrong with them.
+        reason: String,
+    },
+    /// No frame of the clip has the name.
+    #[error("there is no frame {name} with a face in the clip: the frames are named {first} to {last}")]
+    NoSuchFrame {
+        /// The name.
+        name: String,
+        /// Name of the first frame.
+        first: String,
+        /// Name of the last frame.
+        last: String,
+    },
     /// From the landmark nets.
     #[error(transparent)]
     Landmarks(#[from] vision::landmarks::LandmarkError),

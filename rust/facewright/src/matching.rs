@@ -1,24 +1,23 @@
 //! Corners of the face matched between two frames (paper, sections 2.3 and 2.4; and ours).
 
-use crate::clip::{head_size, observation};
+use crate::faces::{TrackedSkin, head_size, observation};
 use crate::track::{Scene, Search, SearchOptions, Seed, Sighting, Surface, View, search, seeds};
 use crate::{Assets, CameraSource, FacewrightError, FrameSet, Method, SourcedCamera, camera::starting_camera};
 use geometry::{Camera, Progress, Vec2};
 use head::fit::{FitOptions, FrameObservation, fit_landmarks};
-use image::{GrayImage, imageops};
+use image::GrayImage;
 use motion::two_view::{TwoViewOptions, robust};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use vision::corners::{CornerOptions, Spread, detect};
 use vision::correct::{Correction, LocalAdjustmentOptions, Match as PointMatch, Outcome, Reason, local_adjustment};
-use vision::landmarks::{MaskOptions, face_mask};
 use vision::pyramid::Pyramid;
 use vision::track::{Status, Track, TrackOptions, track};
 
 /// Corners of the paper's example.
 const PAPER_CORNERS: usize = 66;
 /// Window at which the paper's tables are best.
-const PAPER_WINDOW: usize = 7;
+pub(crate) const PAPER_WINDOW: usize = 7;
 
 /// How two frames are matched.
 #[derive(Clone, Copy, Debug)]
@@ -107,8 +106,8 @@ pub fn match_pair(
     let looks = [look(&frames, 0, assets)?, look(&frames, 1, assets)?];
     let mut pair = match options.method {
         Method::Paper => {
-            let pyramids = [looks[0].pyramid.clone(), looks[1].pyramid.clone()];
-            paper_matches(&pyramids, &looks[0].mask, options)?
+            let pyramids = [looks[0].skin.pyramid.clone(), looks[1].skin.pyramid.clone()];
+            paper_matches(&pyramids, &looks[0].skin.mask, options)?
         }
         Method::Default => head_matches(&looks, assets, &camera, options, progress)?,
     };
@@ -163,17 +162,14 @@ pub fn paper_matches(
 
 /// A frame with a face in it.
 struct Look {
-    pyramid: Pyramid,
-    mask: GrayImage,
+    skin: TrackedSkin,
     seen: FrameObservation,
 }
 
 fn look(frames: &FrameSet, i: usize, assets: &Assets) -> Result<Look, FacewrightError> {
     let picture = frames.load(i)?;
     let face = assets.landmarker.find(&picture)?.ok_or(FacewrightError::NoFace { frames: 1 })?;
-    let mask_options = MaskOptions { shrink: 0.04, ..MaskOptions::default() };
-    let mask = face_mask(&face, picture.width(), picture.height(), &mask_options);
-    Ok(Look { pyramid: Pyramid::new(&imageops::grayscale(&picture), 4), mask, seen: observation(Some(&face)) })
+    Ok(Look { skin: TrackedSkin::of(&picture, &face), seen: observation(Some(&face)) })
 }
 
 /// Ours: the head that both frames' landmarks give predicts where each corner goes and how its surroundings are
@@ -197,12 +193,11 @@ fn head_matches(
     let positions = [0, 1].map(|i| fitted(i).map(|f| head.with_expression(&fit.positions, &f.expression)));
     let [positions_a, positions_b] = positions;
     let (positions_a, positions_b) = (positions_a?, positions_b?);
-    let triangles: Vec<[u32; 3]> =
-        head.triangles(head.skin()).into_iter().filter(|t| !t.iter().any(|&v| head.cavity[v as usize])).collect();
+    let triangles = head.outer_skin();
     let surfaces = [Surface::new(&positions_a, &triangles), Surface::new(&positions_b, &triangles)];
     let scene = |i: usize| -> Result<Scene<'_>, FacewrightError> {
         let view = View::new(&surfaces[i], &camera.camera, fitted(i)?.pose);
-        Ok(Scene { pyramid: &looks[i].pyramid, mask: &looks[i].mask, view })
+        Ok(Scene { skin: &looks[i].skin, view })
     };
     let (from, to) = (scene(0)?, scene(1)?);
     let usual = SearchOptions::default();
@@ -214,8 +209,8 @@ fn head_matches(
     };
     let margin = search_options.window(&from.view) / 4;
     let mut shared = from.view.shared(&to.view, search_options.least_cosine(), margin);
-    shared.iter_mut().zip(from.mask.iter()).for_each(|(shared, mask)| *shared &= mask);
-    let corners = CornerOptions { max_count: options.points, ..CornerOptions::default() };
+    shared.iter_mut().zip(from.skin.mask.iter()).for_each(|(shared, mask)| *shared &= mask);
+    let corners = search_options.corners(&from, options.points);
     let seeds = seeds(&from, &shared, &corners)?;
     let found = search(&from, &to, &seeds, &search_options)?;
     Ok(vote(&seeds, &found, &camera.camera, options))

@@ -123,8 +123,8 @@ fn two_frame_motion(
     rays: &[Vec<Vec2>; 2],
     camera: &Camera,
 ) -> Result<Transform, FacewrightError> {
-    let pyramids: [Pyramid; 2] = [a.pyramid.clone(), b.pyramid.clone()];
-    let pair = paper_matches(&pyramids, &a.mask, &MatchOptions::default())?;
+    let pyramids: [Pyramid; 2] = [a.skin.pyramid.clone(), b.skin.pyramid.clone()];
+    let pair = paper_matches(&pyramids, &a.skin.mask, &MatchOptions::default())?;
     let kept: Vec<_> = pair.kept().collect();
     let in_a: Vec<Vec2> = kept.iter().map(|m| camera.normalise(&Vec2::new(m.0, m.1))).collect();
     let in_b: Vec<Vec2> = kept.iter().map(|m| camera.normalise(&Vec2::new(m.2, m.3))).collect();

@@ -7,7 +7,7 @@ use crate::shape::{Shape, measure_shape};
 use crate::skin::make_skin;
 use crate::{
     Assets, CameraSource, FacewrightError, FrameReport, FrameSet, Method, Reconstruction, Report, Scale, SourcedCamera,
-    paper,
+    Tracks, paper,
 };
 use geometry::{Progress, Similarity, Transform};
 use head::transfer::KeyTransfer;
@@ -25,11 +25,13 @@ pub struct ReconstructOptions {
     pub texture_size: u32,
     /// Distance between the pupils, metres, when it is known.
     pub interocular: Option<f64>,
+    /// Tracks of the same frames to use instead of tracking, for the method `default`.
+    pub tracks: Option<Tracks>,
 }
 
 impl Default for ReconstructOptions {
     fn default() -> Self {
-        Self { method: Method::Default, camera: None, texture_size: 2048, interocular: None }
+        Self { method: Method::Default, camera: None, texture_size: 2048, interocular: None, tracks: None }
     }
 }
 
@@ -40,6 +42,9 @@ impl ReconstructOptions {
         }
         if self.interocular.is_some_and(|m| !(0.04..=0.09).contains(&m)) {
             return Err(FacewrightError::Option { name: "the distance between the eyes", expected: "40 to 90 mm" });
+        }
+        if self.tracks.is_some() && self.method == Method::Paper {
+            return Err(FacewrightError::Option { name: "the method", expected: "default where tracks are given" });
         }
         Ok(())
     }
@@ -56,6 +61,7 @@ pub fn reconstruct(
     if frames.len() < 2 {
         return Err(FacewrightError::OneFrame);
     }
+    options.tracks.as_ref().map_or(Ok(()), |tracks| tracks.check(frames))?;
     let mut clock = Clock::start();
     let sourced = starting_camera(frames, options.camera.as_ref())?;
     let mut clip = Clip::look(frames, assets, &sourced, options.interocular, progress)?;
@@ -64,7 +70,10 @@ pub fn reconstruct(
     }
     clock.lap("landmarks");
     let shape = match options.method {
-        Method::Default => measure_shape(&clip, &assets.head, &sourced, options.interocular, progress)?,
+        Method::Default => {
+            let tracks = options.tracks.as_ref();
+            measure_shape(&clip, &assets.head, &sourced, options.interocular, tracks, progress)?
+        }
         Method::Paper => paper::shape(&clip, &assets.head, &sourced, options.interocular, progress)?,
     };
     clock.lap("shape");

@@ -60,13 +60,7 @@ pub fn yaw_pitch(cam_from_head: &Transform) -> (f64, f64) {
 /// Sharp frames with a quiet face are kept; of those that look alike the best; then, while there are too many, the one
 /// whose neighbours in direction are nearest is left out.
 pub fn select(candidates: &[Option<Candidate>], options: &SelectOptions) -> Vec<Result<String, String>> {
-    let known: Vec<&Candidate> = candidates.iter().flatten().collect();
-    let sharpness = median(known.iter().map(|c| c.sharpness));
-    let rms = median(known.iter().map(|c| c.rms_px));
-    let judged: Vec<Result<f64, String>> = candidates
-        .iter()
-        .map(|c| c.as_ref().map_or(Err("no face".into()), |c| judge(c, sharpness, rms, options)))
-        .collect();
+    let judged = judge_all(candidates, options);
     let mut order: Vec<usize> = (0..candidates.len()).filter(|&i| judged[i].is_ok()).collect();
     let quality = |i: usize| judged[i].as_ref().copied().unwrap_or(0.0);
     order.sort_by(|&a, &b| quality(b).total_cmp(&quality(a)).then(a.cmp(&b)));
@@ -105,6 +99,16 @@ pub fn select(candidates: &[Option<Candidate>], options: &SelectOptions) -> Vec<
         })
     };
     judged.into_iter().enumerate().map(verdict).collect()
+}
+
+/// Of each frame a quality to rank by, or why it is of no use for shape and texture.
+pub fn judge_all(candidates: &[Option<Candidate>], options: &SelectOptions) -> Vec<Result<f64, String>> {
+    let known: Vec<&Candidate> = candidates.iter().flatten().collect();
+    let sharpness = median(known.iter().map(|c| c.sharpness));
+    let rms = median(known.iter().map(|c| c.rms_px));
+    let judged =
+        |c: &Option<Candidate>| c.as_ref().map_or(Err("no face".into()), |c| judge(c, sharpness, rms, options));
+    candidates.iter().map(judged).collect()
 }
 
 /// A quality to rank by, or why the frame is of no use.

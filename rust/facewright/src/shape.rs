@@ -1,9 +1,10 @@
 //! Our way to the shape: tracks, bundle, class, free deformation, eyes.
 
-use crate::clip::{ChosenFrame, Clip, head_size};
+use crate::clip::{ChosenFrame, Clip};
+use crate::faces::head_size;
 use crate::select::median;
 use crate::solve::{SolveOptions, Structure, solve};
-use crate::track::{FaceTrack, FollowOptions, TrackedFrame, follow};
+use crate::track::{FaceTrack, FollowOptions, TrackedFrame, Tracks, follow, given};
 use crate::unseen::replace_unseen;
 use crate::{CameraSource, FacewrightError, FitReport, SourcedCamera};
 use geometry::face_mesh::IBUG68;
@@ -59,12 +60,13 @@ struct Measured {
     fit: HeadFit,
 }
 
-/// Measures the shape of the head in a clip.
+/// Measures the shape of the head in a clip, by the `tracks` given or by its own.
 pub fn measure_shape(
     clip: &Clip,
     head: &GenericHead,
     camera: &SourcedCamera,
     interocular: Option<f64>,
+    tracks: Option<&Tracks>,
     progress: &Progress,
 ) -> Result<Shape, FacewrightError> {
     let mut known = Known {
@@ -80,7 +82,7 @@ pub fn measure_shape(
     let mut last: Option<Measured> = None;
     let mut head_from_landmark_head = Similarity::identity();
     for _ in 0..ROUNDS {
-        let tracks = track_clip(clip, head, &known, progress)?;
+        let tracks = track_clip(clip, head, &known, tracks, progress)?;
         if tracks.len() < LEAST_POINTS {
             break;
         }
@@ -104,8 +106,9 @@ pub fn measure_shape(
     }
     let mut warnings = Vec::new();
     if last.is_none() {
-        warnings
-            .push("the skin shows too little texture to be tracked: the shape rests on the landmarks alone".to_owned());
+        let own = "the skin shows too little texture to be tracked: the shape rests on the landmarks alone";
+        let others = "too few of the tracks are on skin that the frames show: the shape rests on the landmarks alone";
+        warnings.push(if tracks.is_some() { others } else { own }.to_owned());
     }
     known.positions = align(head, clip, &known)?;
     let eyes = finish_eyes(head, clip, &mut known)?;
@@ -149,18 +152,22 @@ fn track_clip(
     clip: &Clip,
     head: &GenericHead,
     known: &Known,
+    tracks: Option<&Tracks>,
     progress: &Progress,
 ) -> Result<Vec<FaceTrack>, FacewrightError> {
     let frames: Vec<TrackedFrame> = clip
         .chosen
         .iter()
         .zip(&known.poses)
-        .map(|(c, pose)| TrackedFrame { pyramid: &c.pyramid, mask: &c.mask, cam_from_head: *pose })
+        .map(|(c, pose)| TrackedFrame { skin: &c.skin, cam_from_head: *pose })
         .collect();
-    let skin = head.skin();
-    let visible: Vec<[u32; 3]> =
-        head.triangles(skin).into_iter().filter(|t| !t.iter().any(|&v| head.cavity[v as usize])).collect();
-    follow(&frames, &known.camera, &known.positions, &visible, &FollowOptions::default(), progress)
+    let skin = head.outer_skin();
+    let options = FollowOptions::default();
+    let Some(tracks) = tracks else {
+        return follow(&frames, &known.camera, &known.positions, &skin, &options, progress);
+    };
+    let chosen: Vec<usize> = clip.chosen.iter().map(|c| c.index).collect();
+    Ok(given(tracks, &chosen, &frames, &known.camera, &known.positions, &skin, options.min_frames))
 }
 
 fn cloud_frames<'a>(clip: &'a Clip, structure: &Structure) -> Vec<CloudFrame<'a>> {

@@ -114,8 +114,7 @@ pub fn carry(
         return Err(HeadError::Deform { features: kept.len() });
     }
     centres.extend(resting(head, positions, &places, options));
-    let skin = head.triangles(head.skin());
-    let visible: Vec<[u32; 3]> = skin.into_iter().filter(|t| t.iter().all(|&i| !head.cavity[i as usize])).collect();
+    let visible = head.outer_skin();
     let mut smoothing = 1.0;
     for step in 0.. {
         let moved = warp(&centres, smoothing, options)?.apply(positions);

@@ -107,6 +107,12 @@ impl GenericHead {
         mesh::triangulate(&self.quads[part.quads.clone()])
     }
 
+    /// Triangles of the skin that can be seen from outside: without the cavities of mouth, nose and eyes.
+    pub fn outer_skin(&self) -> Vec<[u32; 3]> {
+        let outside = |t: &[u32; 3]| t.iter().all(|&i| !self.cavity[i as usize]);
+        self.triangles(self.skin()).into_iter().filter(outside).collect()
+    }
+
     /// The key of a name.
     pub fn key(&self, name: &str) -> Option<&Key> {
         self.keys.iter().find(|k| k.name == name)

@@ -3,6 +3,7 @@
 //! # Entry points
 //! - [`pyramid`]: what the others compute on, built once per frame.
 //! - [`board`]: the inner corners of a checkerboard, for calibration.
+//! - [`noise`]: how much of a picture is none of its texture.
 //! - [`corners`]: pixels worth tracking, spread over the face.
 //! - [`track`]: the same points in another frame (pyramidal Lucas–Kanade).
 //! - [`correct`]: matches that contradict their neighbours are found and searched again.
@@ -17,5 +18,6 @@ pub mod board;
 pub mod corners;
 pub mod correct;
 pub mod landmarks;
+pub mod noise;
 pub mod pyramid;
 pub mod track;

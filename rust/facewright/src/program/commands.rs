@@ -3,8 +3,8 @@
 use super::{Arguments, Command};
 use facewright::board::{SheetOptions, sheet};
 use facewright::{
-    Assets, FacewrightError, FrameSet, MatchOptions, ReconstructOptions, SourcedCamera, check_folder, match_pair,
-    overlay, reconstruct, write_json,
+    Assets, FacewrightError, FrameSet, MatchOptions, ReconstructOptions, SourcedCamera, TrackClipOptions, Tracks,
+    check_folder, match_pair, overlay, reconstruct, track, write_json,
 };
 use geometry::Progress;
 use serde_json::{Value, json};
@@ -56,12 +56,29 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
             let text = format!("{kept} of {} matches kept, in {}", pair.points.len(), output.display());
             Ok(Summary { text, json: json!(matches) })
         }
-        Command::Reconstruct { frames, camera, method, texture_size, interocular_mm, output } => {
+        Command::Track { frames, camera, method, points, window, from, output } => {
+            let options = TrackClipOptions {
+                method: (*method).into(),
+                camera: camera.as_deref().map(SourcedCamera::read).transpose()?,
+                points: *points,
+                window: *window,
+                from: from.clone(),
+            };
+            let frames = FrameSet::open(frames, progress)?;
+            let tracks = track(&frames, &load_assets(arguments)?, &options, progress)?;
+            write_json(output, &tracks)?;
+            let used = tracks.frames.iter().filter(|f| f.used).count();
+            let count = tracks.tracks.len();
+            let text = format!("{count} points in {used} of {} frames, in {}", frames.len(), output.display());
+            Ok(Summary { text, json: json!(tracks) })
+        }
+        Command::Reconstruct { frames, camera, method, texture_size, interocular_mm, tracks, output } => {
             let options = ReconstructOptions {
                 method: (*method).into(),
                 camera: camera.as_deref().map(SourcedCamera::read).transpose()?,
                 texture_size: *texture_size,
                 interocular: interocular_mm.map(|mm| mm / 1000.0),
+                tracks: tracks.as_deref().map(Tracks::read).transpose()?,
             };
             check_folder(output)?;
             let frames = FrameSet::open(frames, progress)?;

@@ -110,6 +110,30 @@ enum Command {
         #[arg(short, long, default_value = "matches.json")]
         output: PathBuf,
     },
+    /// Tracks points of the face through a sequence
+    Track {
+        /// Image files in the order of time, a folder, or a video
+        #[arg(required = true)]
+        frames: Vec<PathBuf>,
+        /// Calibrated camera; without it the focal length is estimated
+        #[arg(long)]
+        camera: Option<PathBuf>,
+        /// Chain of steps
+        #[arg(long, value_enum, default_value = "default")]
+        method: MethodArgument,
+        /// Points wanted at a time
+        #[arg(long, default_value_t = 200)]
+        points: usize,
+        /// Window of the tracker, pixels, odd (default: 7 for the paper's method, else in proportion to the face)
+        #[arg(long)]
+        window: Option<usize>,
+        /// Choose points in this frame only, by its name without extension
+        #[arg(long, value_name = "FRAME")]
+        from: Option<String>,
+        /// Tracks file to write
+        #[arg(short, long, default_value = "tracks.json")]
+        output: PathBuf,
+    },
     /// Reconstructs the head
     Reconstruct {
         /// Image files, a folder, or a video
@@ -127,6 +151,9 @@ enum Command {
         /// Distance between the eyes' centres, millimetres, when it is known
         #[arg(long, value_name = "MM")]
         interocular_mm: Option<f64>,
+        /// Tracks of the same frames to use instead of tracking
+        #[arg(long, value_name = "FILE")]
+        tracks: Option<PathBuf>,
         /// Result folder
         #[arg(short, long)]
         output: PathBuf,

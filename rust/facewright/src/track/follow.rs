@@ -6,11 +6,9 @@
 use super::search::{Scene, SearchOptions, search, seeds};
 use super::surface::{Surface, View};
 use crate::FacewrightError;
+use crate::faces::TrackedSkin;
 use geometry::{Camera, Progress, Transform, Vec2, Vec3};
-use image::GrayImage;
 use rayon::prelude::*;
-use vision::corners::CornerOptions;
-use vision::pyramid::Pyramid;
 
 /// How points are followed.
 #[derive(Clone, Debug)]
@@ -41,10 +39,8 @@ impl Default for FollowOptions {
 
 /// A frame in which points are sought.
 pub struct TrackedFrame<'a> {
-    /// Its picture.
-    pub pyramid: &'a Pyramid,
-    /// Where the face is: 255 on skin that may be tracked.
-    pub mask: &'a GrayImage,
+    /// Its skin.
+    pub skin: &'a TrackedSkin,
     /// Estimated pose.
     pub cam_from_head: Transform,
 }
@@ -78,10 +74,8 @@ pub fn follow(
 ) -> Result<Vec<FaceTrack>, FacewrightError> {
     progress.stage("track")?;
     let surface = Surface::new(positions, triangles);
-    let scenes: Vec<Scene> = frames
-        .iter()
-        .map(|f| Scene { pyramid: f.pyramid, mask: f.mask, view: View::new(&surface, camera, f.cam_from_head) })
-        .collect();
+    let scenes: Vec<Scene> =
+        frames.iter().map(|f| Scene { skin: f.skin, view: View::new(&surface, camera, f.cam_from_head) }).collect();
     let references = references(frames, options);
     let mut tracks = Vec::new();
     for (done, &reference) in references.iter().enumerate() {
@@ -95,8 +89,8 @@ pub fn follow(
 fn follow_from(reference: usize, scenes: &[Scene], options: &FollowOptions) -> Result<Vec<FaceTrack>, FacewrightError> {
     let from = &scenes[reference];
     let cosine = options.search.least_cosine();
-    let corners = CornerOptions { max_count: options.corners, ..CornerOptions::default() };
-    let mut seeds = seeds(from, from.mask, &corners)?;
+    let corners = options.search.corners(from, options.corners);
+    let mut seeds = seeds(from, &from.skin.mask, &corners)?;
     seeds.retain(|seed| from.view.facing(&seed.point).is_some_and(|found| found > cosine));
     let near = |scene: &Scene| {
         scene.view.cam_from_head.angle_to(&from.view.cam_from_head).to_degrees() <= options.max_turn_deg

@@ -1,9 +1,22 @@
 //! Points of the face, found again in other frames.
+//!
+//! - [`track`]: whole sequences, as `tracks.json` ([`Tracks`]); `chain` is the paper's way, `findings` what becomes of points.
+//! - [`follow`]: the chosen frames of a reconstruction; [`given`]: an artist's tracks instead.
+//! - [`search`]: the points of one frame in another, predicted by the head's [`Surface`].
 
+mod chain;
+mod findings;
 mod follow;
+mod given;
+mod region;
 mod search;
+mod sequence;
 mod surface;
+mod tracks;
 
 pub use follow::{FaceTrack, FollowOptions, TrackedFrame, follow};
+pub use given::given;
 pub use search::{Scene, Search, SearchOptions, Seed, Sighting, search, seeds};
+pub use sequence::{TrackClipOptions, track};
 pub use surface::{Surface, View};
+pub use tracks::{FrameTracks, PointObservation, PointTrack, Region, Tracks};

@@ -5,12 +5,17 @@
 
 use super::surface::{SkinPoint, View};
 use crate::FacewrightError;
+use crate::faces::TrackedSkin;
 use geometry::Vec2;
 use image::GrayImage;
 use vision::corners::{CornerOptions, detect};
 use vision::correct::{Correction, GeometricOptions, Known, Match, Outcome, geometric};
-use vision::pyramid::Pyramid;
 use vision::track::{Guess, Status, Track, TrackOptions, track};
+
+/// Least score of a corner, in variances of the noise: twice what noise alone gives.
+const LEAST_SCORE: f64 = 0.3;
+/// Least texture beyond noise that is tracked, squared grey levels per pixel.
+const LEAST_TEXTURE: f64 = 0.3;
 
 /// How points are chosen and sought.
 #[derive(Clone, Debug)]
@@ -37,7 +42,21 @@ impl SearchOptions {
     /// Window of the tracker, odd pixels, in proportion to the face unless it was given.
     pub fn window(&self, view: &View) -> usize {
         let eyes = 0.063 * view.camera.fx / view.cam_from_head.translation.z.max(1e-3);
-        self.window.unwrap_or((((self.patch * eyes).round() as usize) | 1).clamp(7, 31))
+        self.window.unwrap_or((((self.patch * eyes).round() as usize) | 1).clamp(9, 31))
+    }
+
+    /// Corners that can be sought: peaks of small windows, since the tracker's own window sums up more, that stand out of
+    /// the noise.
+    pub fn corners(&self, scene: &Scene, count: usize) -> CornerOptions {
+        let (window, noise) = (self.window(&scene.view), scene.skin.noise);
+        CornerOptions {
+            max_count: count,
+            window: ((window / 3) | 1).clamp(3, 7),
+            min_distance: (0.25 * window as f64).max(3.0),
+            quality: 0.0,
+            min_score: LEAST_SCORE * noise * noise,
+            ..CornerOptions::default()
+        }
     }
 
     /// Least cosine between the skin's normal and the direction to the camera.
@@ -48,9 +67,7 @@ impl SearchOptions {
 
 /// A frame with the head in it.
 pub struct Scene<'a> {
-    pub pyramid: &'a Pyramid,
-    /// 255 where skin may be tracked.
-    pub mask: &'a GrayImage,
+    pub skin: &'a TrackedSkin,
     pub view: View<'a>,
 }
 
@@ -68,6 +85,8 @@ pub struct Sighting {
     pub tracked: Option<Vec2>,
     pub pixel: Vec2,
     pub sigma_px: f64,
+    /// What the tracker said.
+    pub status: Status,
     pub outcome: Outcome,
 }
 
@@ -84,7 +103,7 @@ pub struct Search {
 
 /// Corners of a frame within a mask, cast onto the head.
 pub fn seeds(scene: &Scene, mask: &GrayImage, options: &CornerOptions) -> Result<Vec<Seed>, FacewrightError> {
-    let corners = detect(scene.pyramid, Some(mask), options)?;
+    let corners = detect(&scene.skin.pyramid, Some(mask), options)?;
     let seed = |pixel: Vec2| Some(Seed { pixel, point: scene.view.cast(&pixel)? });
     Ok(corners.iter().filter_map(|corner| seed(corner.position)).collect())
 }
@@ -99,15 +118,21 @@ pub fn search(from: &Scene, to: &Scene, seeds: &[Seed], options: &SearchOptions)
     let (wanted, guesses): (Vec<usize>, Vec<Guess>) =
         seeds.iter().enumerate().filter_map(|(i, seed)| Some((i, guess(seed)?))).unzip();
     let points: Vec<Vec2> = wanted.iter().map(|&i| seeds[i].pixel).collect();
-    let careful =
-        TrackOptions { window: options.window(&from.view), levels: options.levels, ..TrackOptions::default() };
-    let tracked = track(from.pyramid, to.pyramid, &points, Some(&guesses), &careful)?;
+    let careful = TrackOptions {
+        window: options.window(&from.view),
+        levels: options.levels,
+        noise: from.skin.noise,
+        min_texture: LEAST_TEXTURE,
+        ..TrackOptions::default()
+    };
+    let tracked = track(&from.skin.pyramid, &to.skin.pyramid, &points, Some(&guesses), &careful)?;
     let matches: Vec<Match> = points.iter().zip(&tracked).map(found).collect();
     let correction = if options.correct {
-        let search = TrackOptions { levels: 1, ..careful };
+        // Two searches from different sides, or the neighbours, vouch for what is found: it need not track back.
+        let search = TrackOptions { levels: 1, forward_backward_px: None, ..careful };
         let known = Known { predictions: Some(&guesses), ..Known::default() };
         let options = GeometricOptions { search: Some(search), ..GeometricOptions::default() };
-        geometric(from.pyramid, to.pyramid, &matches, &known, &options)?
+        geometric(&from.skin.pyramid, &to.skin.pyramid, &matches, &known, &options)?
     } else {
         Correction::unchanged(&matches)
     };
@@ -117,6 +142,7 @@ pub fn search(from: &Scene, to: &Scene, seeds: &[Seed], options: &SearchOptions)
             tracked: (tracked[k].status == Status::Found).then_some(tracked[k].position),
             pixel: if correction.matches[k].b.x.is_finite() { correction.matches[k].b } else { tracked[k].position },
             sigma_px: tracked[k].sigma_px,
+            status: tracked[k].status,
             outcome: correction.outcomes[k],
         });
     }

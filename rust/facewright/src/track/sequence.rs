@@ -1,0 +1,298 @@
+//! Whole sequences: corners of a few reference frames, found again in every frame.
+//!
+//! Every frame is searched for the *reference's* patch, warped as the landmarks' head, pose and expression predict it:
+//! nothing is handed on from frame to frame, so nothing drifts, and a point that was hidden is found again when it comes
+//! back. Frames are read a few at a time; a long clip never stands in memory.
+
+use super::chain::chain;
+use super::findings::{Finding, Findings, Loss};
+use super::region::region;
+use super::search::{Scene, Search, SearchOptions, Seed, search, seeds};
+use super::surface::{Surface, View};
+use super::{FrameTracks, PointTrack, Tracks};
+use crate::camera::starting_camera;
+use crate::faces::{Faces, TrackedSkin};
+use crate::select::{SelectOptions, judge_all, yaw_pitch};
+use crate::{Assets, CameraSource, FacewrightError, FrameSet, Method, SourcedCamera};
+use geometry::{Camera, Progress, Transform, Vec2, Vec3};
+use head::GenericHead;
+use image::{GrayImage, Luma};
+use rayon::prelude::*;
+
+/// Frames that are in memory at the same time, besides the reference frames.
+const CHUNK: usize = 16;
+/// Yaws at which a reference frame is taken, degrees; the first one gets the most points.
+const REFERENCE_YAWS_DEG: [f64; 7] = [0.0, -15.0, 15.0, -30.0, 30.0, -50.0, 50.0];
+/// A reference frame is at most so far from its yaw, degrees.
+const REFERENCE_REACH_DEG: f64 = 9.0;
+/// A frame that is blurred, covered or full of expression is taken only where others are farther off by this, degrees.
+const UNFIT_DEG: f64 = 20.0;
+/// A frame turned further than this from a reference is not searched for its points, degrees.
+const FARTHEST_TURN_DEG: f64 = 34.0;
+/// Standard deviation of a corner in the frame that defines it, pixels.
+const REFERENCE_PX: f64 = 0.1;
+
+/// How a sequence is tracked.
+#[derive(Clone, Debug)]
+pub struct TrackClipOptions {
+    /// Chain of steps.
+    pub method: Method,
+    /// Calibrated camera; without it the focal length comes from EXIF or the landmarks.
+    pub camera: Option<SourcedCamera>,
+    /// Points wanted in each reference frame, found again or new.
+    pub points: usize,
+    /// Window of the tracker, odd pixels; the paper's best (7), or in proportion to the face, unless given.
+    pub window: Option<usize>,
+    /// Name of the only frame in which points are chosen; several frames from different sides unless given.
+    pub from: Option<String>,
+}
+
+impl Default for TrackClipOptions {
+    fn default() -> Self {
+        Self { method: Method::Default, camera: None, points: 200, window: None, from: None }
+    }
+}
+
+/// Tracks points of the face through a sequence. Frames are in the order of time.
+pub fn track(
+    frames: &FrameSet,
+    assets: &Assets,
+    options: &TrackClipOptions,
+    progress: &Progress,
+) -> Result<Tracks, FacewrightError> {
+    if frames.len() < 2 {
+        return Err(FacewrightError::OneFrame);
+    }
+    if !(8..=5000).contains(&options.points) {
+        return Err(FacewrightError::Option { name: "the number of points", expected: "8 to 5000" });
+    }
+    let mut camera = starting_camera(frames, options.camera.as_ref())?;
+    let faces = Faces::look(frames, assets, &camera, None, progress)?;
+    if camera.source != CameraSource::Board {
+        camera.camera = faces.landmark_fit.camera;
+    }
+    let sequence = Sequence::new(frames, &assets.head, &faces, camera.camera, options);
+    progress.stage("track")?;
+    let (window, findings) = match options.method {
+        Method::Default => sequence.follow(progress)?,
+        Method::Paper => chain(&sequence, progress)?,
+    };
+    Ok(sequence.report(camera, window, &findings))
+}
+
+/// What tracking works on.
+pub(super) struct Sequence<'a> {
+    pub frames: &'a FrameSet,
+    pub options: &'a TrackClipOptions,
+    head: &'a GenericHead,
+    faces: &'a Faces,
+    camera: Camera,
+    triangles: Vec<[u32; 3]>,
+    search: SearchOptions,
+    /// How good each frame is to choose points in, or why it is not.
+    quality: Vec<Result<f64, String>>,
+}
+
+/// A frame in memory.
+pub(super) struct Shot {
+    pub index: usize,
+    pub skin: TrackedSkin,
+    pose: Transform,
+    /// The head with the frame's expression.
+    positions: Vec<Vec3>,
+}
+
+/// A frame in which points were chosen.
+struct Reference<'a> {
+    index: usize,
+    scene: &'a Scene<'a>,
+    seeds: Vec<Seed>,
+    /// Number of its first point.
+    first: usize,
+}
+
+impl<'a> Sequence<'a> {
+    fn new(
+        frames: &'a FrameSet,
+        head: &'a GenericHead,
+        faces: &'a Faces,
+        camera: Camera,
+        options: &'a TrackClipOptions,
+    ) -> Self {
+        let search = SearchOptions { window: options.window, ..SearchOptions::default() };
+        let quality = judge_all(&faces.candidates(head), &SelectOptions::default());
+        Self { frames, options, head, faces, camera, triangles: head.outer_skin(), search, quality }
+    }
+
+    fn pose(&self, index: usize) -> Option<Transform> {
+        self.faces.landmark_fit.frames[index].as_ref().map(|fitted| fitted.pose)
+    }
+
+    /// Part of the face that a pixel of a frame shows.
+    pub fn region(&self, index: usize, pixel: &Vec2) -> super::Region {
+        self.faces.observations[index].face.as_ref().map_or(super::Region::Skin, |face| region(face, pixel))
+    }
+
+    /// Reads a frame; `None` where it shows no face.
+    pub fn shoot(&self, index: usize) -> Result<Option<Shot>, FacewrightError> {
+        let (fit, face) = (&self.faces.landmark_fit, &self.faces.observations[index].face);
+        let (Some(fitted), Some(face)) = (&fit.frames[index], face) else { return Ok(None) };
+        let skin = TrackedSkin::of(&self.frames.load(index)?, face);
+        let positions = self.head.with_expression(&fit.positions, &fitted.expression);
+        Ok(Some(Shot { index, skin, pose: fitted.pose, positions }))
+    }
+
+    /// Frames in which points are chosen: the one that was asked for, or the best near each yaw.
+    pub fn references(&self) -> Result<Vec<usize>, FacewrightError> {
+        let fitted: Vec<usize> = (0..self.frames.len()).filter(|&i| self.pose(i).is_some()).collect();
+        let names = &self.frames.frames;
+        if let Some(name) = &self.options.from {
+            let found = fitted.iter().copied().find(|&i| names[i].name == *name);
+            let ends = [&names[0], &names[names.len() - 1]].map(|frame| frame.name.clone());
+            let [first, last] = ends;
+            return found.map(|i| vec![i]).ok_or(FacewrightError::NoSuchFrame { name: name.clone(), first, last });
+        }
+        let away = |i: usize, yaw_deg: f64| {
+            self.pose(i).map_or(f64::INFINITY, |pose| (yaw_pitch(&pose).0.to_degrees() - yaw_deg).abs())
+        };
+        let cost = |i: usize, yaw_deg: f64| away(i, yaw_deg) - self.quality[i].as_ref().map_or(-UNFIT_DEG, |q| *q);
+        let mut references = Vec::new();
+        for yaw_deg in REFERENCE_YAWS_DEG {
+            let near = fitted.iter().copied().filter(|&i| away(i, yaw_deg) < REFERENCE_REACH_DEG);
+            let best = near.min_by(|&i, &j| cost(i, yaw_deg).total_cmp(&cost(j, yaw_deg)));
+            references.extend(best.filter(|i| !references.contains(i)));
+        }
+        Ok(references)
+    }
+
+    /// Chooses points in the reference frames and seeks them in all frames; the window, and what was found.
+    fn follow(&self, progress: &Progress) -> Result<(usize, Findings), FacewrightError> {
+        let references = self.references()?.into_iter();
+        let shots: Vec<Shot> = references.filter_map(|i| self.shoot(i).transpose()).collect::<Result<_, _>>()?;
+        let surfaces: Vec<Surface> = shots.iter().map(|shot| self.surface(shot)).collect();
+        let scenes: Vec<Scene> = shots.iter().zip(&surfaces).map(|(shot, surface)| self.scene(shot, surface)).collect();
+        let references = self.choose(&shots, &scenes)?;
+        let mut findings = Findings::default();
+        for reference in &references {
+            let region = |seed: &Seed| self.region(reference.index, &seed.pixel);
+            reference.seeds.iter().for_each(|seed| findings.add(reference.index, region(seed)));
+        }
+        let indices: Vec<usize> = (0..self.frames.len()).collect();
+        for chunk in indices.chunks(CHUNK) {
+            progress.step(chunk[0], indices.len())?;
+            let found: Result<Vec<_>, FacewrightError> = chunk.par_iter().map(|&i| self.seek(i, &references)).collect();
+            found?.into_iter().flatten().for_each(|(point, finding)| findings.note(point, finding));
+        }
+        findings.drop_unreliable();
+        let window = scenes.first().map_or(0, |scene| self.search.window(&scene.view));
+        Ok((window, findings))
+    }
+
+    fn surface<'s>(&'s self, shot: &'s Shot) -> Surface<'s> {
+        Surface::new(&shot.positions, &self.triangles)
+    }
+
+    fn scene<'s>(&'s self, shot: &'s Shot, surface: &'s Surface<'s>) -> Scene<'s> {
+        Scene { skin: &shot.skin, view: View::new(surface, &self.camera, shot.pose) }
+    }
+
+    /// Corners of each reference frame beside the points of those before it.
+    fn choose<'s>(&self, shots: &[Shot], scenes: &'s [Scene<'s>]) -> Result<Vec<Reference<'s>>, FacewrightError> {
+        let mut references: Vec<Reference> = Vec::new();
+        for (shot, scene) in shots.iter().zip(scenes) {
+            let window = self.search.window(&scene.view);
+            let mut free = scene.view.shared(&scene.view, self.search.least_cosine(), window / 4);
+            free.iter_mut().zip(scene.skin.mask.iter()).for_each(|(free, mask)| *free &= mask);
+            let mut known = 0;
+            for reference in &references {
+                let again = search(reference.scene, scene, &reference.seeds, &self.search)?;
+                for sighting in again.sightings.into_iter().flatten().filter(|s| s.outcome.is_usable()) {
+                    clear_disc(&mut free, &sighting.pixel, 0.5 * window as f64);
+                    known += 1;
+                }
+            }
+            let corners = self.search.corners(scene, self.options.points.saturating_sub(known));
+            let first = references.last().map_or(0, |r| r.first + r.seeds.len());
+            references.push(Reference { index: shot.index, scene, seeds: seeds(scene, &free, &corners)?, first });
+        }
+        Ok(references)
+    }
+
+    /// Seeks the points of all references in one frame: number and finding of every point.
+    fn seek(&self, index: usize, references: &[Reference]) -> Result<Vec<(usize, Finding)>, FacewrightError> {
+        let mut found = Vec::new();
+        let shot = self.shoot(index)?;
+        let surface = shot.as_ref().map(|shot| self.surface(shot));
+        let scene = shot.as_ref().zip(surface.as_ref()).map(|(shot, surface)| self.scene(shot, surface));
+        for reference in references {
+            let numbers = reference.first..reference.first + reference.seeds.len();
+            let all = |loss: Loss| numbers.clone().map(move |n| (n, Err((index, loss))));
+            let turn =
+                |scene: &Scene| scene.view.cam_from_head.angle_to(&reference.scene.view.cam_from_head).to_degrees();
+            match &scene {
+                None => found.extend(all(Loss::NoFace)),
+                Some(_) if reference.index == index => {
+                    let own = |seed: &Seed| Ok((index, seed.pixel.x, seed.pixel.y, REFERENCE_PX));
+                    found.extend(numbers.clone().zip(reference.seeds.iter().map(own)));
+                }
+                Some(scene) if turn(scene) > FARTHEST_TURN_DEG => found.extend(all(Loss::Turned)),
+                Some(scene) => {
+                    let again = search(reference.scene, scene, &reference.seeds, &self.search)?;
+                    found.extend(numbers.clone().zip(verdicts(index, &again)));
+                }
+            }
+        }
+        Ok(found)
+    }
+
+    /// The tracks as they are written.
+    fn report(&self, camera: SourcedCamera, window: usize, findings: &Findings) -> Tracks {
+        let tracks: Vec<PointTrack> = findings.tracks();
+        let mut counts = vec![0; self.frames.len()];
+        tracks.iter().flat_map(|t| &t.observations).for_each(|o| counts[o.0] += 1);
+        let frame = |i: usize| {
+            let pose = self.pose(i);
+            let reason = match (&self.quality[i], &pose) {
+                (_, Some(pose)) if counts[i] > 0 => format!("yaw {:+.0}°", yaw_pitch(pose).0.to_degrees()),
+                (Err(reason), _) => reason.clone(),
+                _ => "no point was found again".to_owned(),
+            };
+            let name = self.frames.frames[i].name.clone();
+            FrameTracks { name, used: counts[i] > 0, reason, cam_from_head: pose, points: counts[i] }
+        };
+        Tracks {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            method: self.options.method,
+            camera,
+            window,
+            frames: (0..self.frames.len()).map(frame).collect(),
+            tracks,
+        }
+    }
+}
+
+/// What a search found of each seed.
+fn verdicts(index: usize, found: &Search) -> impl Iterator<Item = Finding> {
+    found.sightings.iter().map(move |sighting| {
+        let Some(s) = sighting else { return Err((index, Loss::Hidden)) };
+        match Loss::of(s.status, s.outcome) {
+            None if s.sigma_px.is_finite() => Ok((index, s.pixel.x, s.pixel.y, s.sigma_px)),
+            loss => Err((index, loss.unwrap_or(Loss::Tracker(s.status)))),
+        }
+    })
+}
+
+/// Clears the pixels of a mask around a position.
+fn clear_disc(mask: &mut GrayImage, at: &Vec2, radius: f64) {
+    let range = |middle: f64, size: u32| {
+        let first = (middle - radius).ceil().max(0.0) as u32;
+        first..((middle + radius).floor() + 1.0).clamp(0.0, f64::from(size)) as u32
+    };
+    for y in range(at.y, mask.height()) {
+        for x in range(at.x, mask.width()) {
+            if (f64::from(x) - at.x).hypot(f64::from(y) - at.y) <= radius {
+                mask.put_pixel(x, y, Luma([0]));
+            }
+        }
+    }
+}

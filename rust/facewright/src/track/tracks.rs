@@ -1,0 +1,168 @@
+//! `tracks.json`: the same points of a face in many frames.
+
+use crate::{FacewrightError, FrameSet, Method, SourcedCamera};
+use geometry::Transform;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// What part of the face a point belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Region {
+    /// Skin that follows the skull, as far as skin does.
+    Skin,
+    /// The lips and what touches them.
+    Mouth,
+    /// The lids.
+    Eyes,
+    /// The brows.
+    Brows,
+}
+
+/// A place of the face in one frame: index of the frame, `u, v` pixels as filmed, one standard deviation in pixels.
+pub type PointObservation = (usize, f64, f64, f64);
+
+/// One point of the face.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PointTrack {
+    /// Its number, unique among the tracks.
+    pub id: usize,
+    /// Index of the frame in which it was chosen.
+    pub reference: usize,
+    /// What it belongs to.
+    pub region: Region,
+    /// Where it was found; ascending frames, the reference among them.
+    pub observations: Vec<PointObservation>,
+    /// First and last index of the frames in which it was not found, and why.
+    pub gaps: Vec<(usize, usize, String)>,
+}
+
+/// One frame of the sequence.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrameTracks {
+    /// File name without extension.
+    pub name: String,
+    /// Whether points were found in it.
+    pub used: bool,
+    /// What it shows, or why nothing was found.
+    pub reason: String,
+    /// Pose of the head by its landmarks; `null` where no face was found.
+    pub cam_from_head: Option<Transform>,
+    /// Points found.
+    pub points: usize,
+}
+
+/// `tracks.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Tracks {
+    /// Version of Facewright.
+    pub version: String,
+    /// How they were tracked.
+    pub method: Method,
+    /// The camera; its focal length is the landmarks' estimate unless it was calibrated.
+    pub camera: SourcedCamera,
+    /// Side of the tracker's window in the first reference frame, pixels.
+    pub window: usize,
+    /// Every frame given.
+    pub frames: Vec<FrameTracks>,
+    /// The points.
+    pub tracks: Vec<PointTrack>,
+}
+
+impl Tracks {
+    /// Reads a `tracks.json`.
+    pub fn read(path: &Path) -> Result<Self, FacewrightError> {
+        let read = |e: std::io::Error| FacewrightError::Read { path: path.to_owned(), reason: e.to_string() };
+        Self::parse(&std::fs::read_to_string(path).map_err(read)?)
+    }
+
+    /// Reads the text of a `tracks.json`.
+    ///
+    /// # Errors
+    /// [`FacewrightError::Tracks`] where it is none, or names frames that it does not list.
+    pub fn parse(text: &str) -> Result<Self, FacewrightError> {
+        let refused = |reason: String| FacewrightError::Tracks { reason };
+        let tracks: Self = serde_json::from_str(text).map_err(|e| refused(e.to_string()))?;
+        let count = tracks.frames.len();
+        for track in &tracks.tracks {
+            let frames = || track.observations.iter().map(|o| o.0);
+            let listed = frames().chain([track.reference]).all(|frame| frame < count);
+            let ascending = frames().zip(frames().skip(1)).all(|(a, b)| a < b);
+            let numbers = track.observations.iter().all(|o| o.1.is_finite() && o.2.is_finite() && o.3 > 0.0);
+            if !(listed && ascending && numbers) {
+                let reason = format!("point {} has frames that are not listed, or numbers that are none", track.id);
+                return Err(refused(reason));
+            }
+        }
+        Ok(tracks)
+    }
+
+    /// Refuses the tracks of other frames.
+    pub(crate) fn check(&self, frames: &FrameSet) -> Result<(), FacewrightError> {
+        let (own, size) = (&self.camera.camera, (frames.width, frames.height));
+        if self.frames.len() == frames.len() && (own.width, own.height) == size {
+            return Ok(());
+        }
+        let reason = format!(
+            "they are of {} frames of {}x{}, the clip has {} of {}x{}",
+            self.frames.len(),
+            own.width,
+            own.height,
+            frames.len(),
+            size.0,
+            size.1
+        );
+        Err(FacewrightError::Tracks { reason })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::CameraSource;
+    use geometry::Camera;
+
+    fn tracks(observations: Vec<PointObservation>) -> Tracks {
+        let frame = |name: &str| FrameTracks {
+            name: name.to_owned(),
+            used: true,
+            reason: String::new(),
+            cam_from_head: None,
+            points: 1,
+        };
+        Tracks {
+            version: String::new(),
+            method: Method::Default,
+            camera: SourcedCamera { camera: Camera::centred(64, 48, 60.0), source: CameraSource::Board },
+            window: 11,
+            frames: vec![frame("a"), frame("b")],
+            tracks: vec![PointTrack { id: 7, reference: 0, region: Region::Mouth, observations, gaps: Vec::new() }],
+        }
+    }
+
+    fn read(tracks: &Tracks) -> Result<Tracks, FacewrightError> {
+        Tracks::parse(&serde_json::to_string(tracks).unwrap())
+    }
+
+    #[test]
+    fn what_was_written_is_read_again() {
+        let written = tracks(vec![(0, 3.25, 4.5, 0.1), (1, 5.0, 4.75, 0.2)]);
+        assert_eq!(read(&written).unwrap(), written);
+    }
+
+    #[test]
+    fn broken_tracks_are_refused_in_words() {
+        assert!(Tracks::parse("{").unwrap_err().to_string().starts_with("these are no tracks"));
+        let broken: [Vec<PointObservation>; 3] =
+            [vec![(2, 1.0, 1.0, 0.1)], vec![(1, 1.0, 1.0, 0.1), (0, 1.0, 1.0, 0.1)], vec![(0, 1.0, 1.0, 0.0)]];
+        for observations in broken {
+            assert!(read(&tracks(observations)).unwrap_err().to_string().contains("point 7"));
+        }
+    }
+
+    #[test]
+    fn tracks_of_another_clip_are_refused() {
+        let none = FrameSet::of(Vec::new(), 64, 48);
+        assert!(tracks(Vec::new()).check(&none).unwrap_err().to_string().contains("the clip has 0"));
+    }
+}
