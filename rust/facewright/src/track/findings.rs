@@ -1,6 +1,7 @@
 //! What was found of each point in each frame, and why not.
 
 use super::{PointObservation, PointTrack, Region};
+use geometry::Vec2;
 use std::fmt::{self, Display, Formatter};
 use vision::correct::{Outcome, Reason};
 use vision::track::Status;
@@ -38,7 +39,7 @@ impl Loss {
     }
 
     /// Whether the frame should have shown the point.
-    fn is_failure(self) -> bool {
+    pub fn is_failure(self) -> bool {
         matches!(self, Self::Tracker(_) | Self::Rejected(_))
     }
 }
@@ -78,9 +79,19 @@ impl Findings {
         self.0.push(Point { reference, region, findings: Vec::new() });
     }
 
-    /// Notes what was found of point `number`.
+    /// Notes what was found of point `number` in the next frame: every frame is noted, in order.
     pub fn note(&mut self, number: usize, finding: Finding) {
         self.0[number].findings.push(finding);
+    }
+
+    /// What was noted of point `number` in a frame.
+    pub fn at(&self, number: usize, frame: usize) -> Finding {
+        self.0[number].findings[frame]
+    }
+
+    /// Replaces a loss by the place and standard deviation found after all.
+    pub fn fill(&mut self, number: usize, frame: usize, (place, sigma_px): (Vec2, f64)) {
+        self.0[number].findings[frame] = Ok((frame, place.x, place.y, sigma_px));
     }
 
     /// Takes away what was found of points that most frames should show and do not: edges where something covers the

@@ -1,6 +1,7 @@
 //! Points of the face, found again in other frames.
 //!
-//! - [`track`]: whole sequences, as `tracks.json` ([`Tracks`]); `chain` is the paper's way, `findings` what becomes of points.
+//! - [`track`]: whole sequences, as `tracks.json` ([`Tracks`]); `chain` is the paper's way, `findings` what becomes of points, `relay` what
+//!   bridges expressions.
 //! - [`follow`]: the chosen frames of a reconstruction; [`given`]: an artist's tracks instead.
 //! - [`search`]: the points of one frame in another, predicted by the head's [`Surface`].
 
@@ -9,6 +10,7 @@ mod findings;
 mod follow;
 mod given;
 mod region;
+mod relay;
 mod search;
 mod sequence;
 mod surface;

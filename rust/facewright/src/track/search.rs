@@ -45,6 +45,17 @@ impl SearchOptions {
         self.window.unwrap_or((((self.patch * eyes).round() as usize) | 1).clamp(9, 31))
     }
 
+    /// The tracker of patches of a frame.
+    pub fn tracker(&self, from: &Scene) -> TrackOptions {
+        TrackOptions {
+            window: self.window(&from.view),
+            levels: self.levels,
+            noise: from.skin.noise,
+            min_texture: LEAST_TEXTURE,
+            ..TrackOptions::default()
+        }
+    }
+
     /// Corners that can be sought: peaks of small windows, since the tracker's own window sums up more, that stand out of
     /// the noise.
     pub fn corners(&self, scene: &Scene, count: usize) -> CornerOptions {
@@ -118,13 +129,7 @@ pub fn search(from: &Scene, to: &Scene, seeds: &[Seed], options: &SearchOptions)
     let (wanted, guesses): (Vec<usize>, Vec<Guess>) =
         seeds.iter().enumerate().filter_map(|(i, seed)| Some((i, guess(seed)?))).unzip();
     let points: Vec<Vec2> = wanted.iter().map(|&i| seeds[i].pixel).collect();
-    let careful = TrackOptions {
-        window: options.window(&from.view),
-        levels: options.levels,
-        noise: from.skin.noise,
-        min_texture: LEAST_TEXTURE,
-        ..TrackOptions::default()
-    };
+    let careful = options.tracker(from);
     let tracked = track(&from.skin.pyramid, &to.skin.pyramid, &points, Some(&guesses), &careful)?;
     let matches: Vec<Match> = points.iter().zip(&tracked).map(found).collect();
     let correction = if options.correct {

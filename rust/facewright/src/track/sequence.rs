@@ -7,6 +7,7 @@
 use super::chain::chain;
 use super::findings::{Finding, Findings, Loss};
 use super::region::region;
+use super::relay::relay;
 use super::search::{Scene, Search, SearchOptions, Seed, search, seeds};
 use super::surface::{Surface, View};
 use super::{FrameTracks, PointTrack, Tracks};
@@ -20,7 +21,7 @@ use image::{GrayImage, Luma};
 use rayon::prelude::*;
 
 /// Frames that are in memory at the same time, besides the reference frames.
-const CHUNK: usize = 16;
+pub(super) const CHUNK: usize = 16;
 /// Yaws at which a reference frame is taken, degrees; the first one gets the most points.
 const REFERENCE_YAWS_DEG: [f64; 7] = [0.0, -15.0, 15.0, -30.0, 30.0, -50.0, 50.0];
 /// A reference frame is at most so far from its yaw, degrees.
@@ -88,7 +89,7 @@ pub(super) struct Sequence<'a> {
     faces: &'a Faces,
     camera: Camera,
     triangles: Vec<[u32; 3]>,
-    search: SearchOptions,
+    pub search: SearchOptions,
     /// How good each frame is to choose points in, or why it is not.
     quality: Vec<Result<f64, String>>,
 }
@@ -103,12 +104,12 @@ pub(super) struct Shot {
 }
 
 /// A frame in which points were chosen.
-struct Reference<'a> {
+pub(super) struct Reference<'a> {
     index: usize,
     scene: &'a Scene<'a>,
-    seeds: Vec<Seed>,
+    pub seeds: Vec<Seed>,
     /// Number of its first point.
-    first: usize,
+    pub first: usize,
 }
 
 impl<'a> Sequence<'a> {
@@ -183,16 +184,17 @@ impl<'a> Sequence<'a> {
             let found: Result<Vec<_>, FacewrightError> = chunk.par_iter().map(|&i| self.seek(i, &references)).collect();
             found?.into_iter().flatten().for_each(|(point, finding)| findings.note(point, finding));
         }
+        relay(self, &references, &mut findings, progress)?;
         findings.drop_unreliable();
         let window = scenes.first().map_or(0, |scene| self.search.window(&scene.view));
         Ok((window, findings))
     }
 
-    fn surface<'s>(&'s self, shot: &'s Shot) -> Surface<'s> {
+    pub fn surface<'s>(&'s self, shot: &'s Shot) -> Surface<'s> {
         Surface::new(&shot.positions, &self.triangles)
     }
 
-    fn scene<'s>(&'s self, shot: &'s Shot, surface: &'s Surface<'s>) -> Scene<'s> {
+    pub fn scene<'s>(&'s self, shot: &'s Shot, surface: &'s Surface<'s>) -> Scene<'s> {
         Scene { skin: &shot.skin, view: View::new(surface, &self.camera, shot.pose) }
     }
 
