@@ -1,23 +1,31 @@
 //! Image pyramids: what corners and tracks are computed on.
 //!
 //! # Entry points
-//! [`Pyramid::new`], once per frame; [`Pyramid::levels`]; [`Level::sample`].
+//! [`Pyramid::new`], or [`Pyramid::sharing`] without a copy of the picture, once per frame; [`Pyramid::levels`];
+//! [`Level::sample`].
 //!
 //! # Conventions
 //! Level 0 is the picture; each further level is half as wide and high, smoothed with the binomial `[1 4 6 4 1] / 16`
 //! along both axes and taken at every second pixel, so that a position in level `l` is the position in the picture
-//! divided by `2^l` (pixel centres at integers). Outside the frame the nearest pixel is repeated. Pixels are kept in
-//! 1/256 grey level as `u16`: level 0 is exact, the others lose nothing that matters, and a frame needs 2.7 bytes per
-//! pixel. Gradients are not kept: those who need them take them from the window they have at hand.
+//! divided by `2^l` (pixel centres at integers). Outside the frame the nearest pixel is repeated. Level 0 holds the
+//! picture's bytes, the others 1/16 grey level as `u16`: rounding adds a deviation of 0.02 grey levels, far below any
+//! sensor's noise, and a frame needs 0.7 bytes per pixel beside the picture. Gradients are not kept: those who need
+//! them take them from the window they have at hand.
 //!
 //! # Source
 //! Burt and Adelson, "The Laplacian pyramid as a compact image code", 1983; the paper, section 2.3.
 
-use geometry::Vec2;
-use image::GrayImage;
+mod halve;
+mod window;
 
-/// Stored units per grey level.
-const UNITS_PER_GREY: u16 = 256;
+use geometry::Vec2;
+use halve::Halve;
+use image::GrayImage;
+use std::sync::Arc;
+use window::{CopyWindow, Stored};
+
+/// Stored units per grey level in all levels but the finest.
+const UNITS_PER_GREY: f32 = 16.0;
 /// A level whose shorter side would fall below this is not built.
 const SMALLEST_SIDE: usize = 12;
 
@@ -36,21 +44,35 @@ pub enum Interpolation {
 pub struct Level {
     width: usize,
     height: usize,
-    pixels: Vec<u16>,
+    pixels: Pixels,
+}
+
+/// Row by row.
+#[derive(Clone, Debug)]
+enum Pixels {
+    /// The picture itself, grey levels.
+    Picture(Arc<GrayImage>),
+    /// Units of [`UNITS_PER_GREY`].
+    Fine(Vec<u16>),
 }
 
 /// A picture at full, half, quarter … size. Immutable, so it may be shared between threads.
 #[derive(Clone, Debug)]
 pub struct Pyramid {
+    picture: Arc<GrayImage>,
     levels: Vec<Level>,
 }
 
 impl Pyramid {
     /// Builds at most `levels` levels (at least one); stops early at a picture of about a dozen pixels.
     pub fn new(picture: &GrayImage, levels: usize) -> Self {
+        Self::sharing(Arc::new(picture.clone()), levels)
+    }
+
+    /// The same, with the picture as level 0 instead of a copy of it.
+    pub fn sharing(picture: Arc<GrayImage>, levels: usize) -> Self {
         let (width, height) = (picture.width() as usize, picture.height() as usize);
-        let pixels = picture.as_raw().iter().map(|&grey| u16::from(grey) * UNITS_PER_GREY).collect();
-        let mut finest = Level { width, height, pixels };
+        let mut finest = Level { width, height, pixels: Pixels::Picture(picture.clone()) };
         let mut built = Vec::with_capacity(levels.max(1));
         for _ in 1..levels {
             if finest.width.min(finest.height).div_ceil(2) < SMALLEST_SIDE {
@@ -60,7 +82,7 @@ impl Pyramid {
             built.push(std::mem::replace(&mut finest, coarser));
         }
         built.push(finest);
-        Self { levels: built }
+        Self { picture, levels: built }
     }
 
     /// The levels, the picture itself first.
@@ -68,9 +90,14 @@ impl Pyramid {
         &self.levels
     }
 
-    /// The picture itself.
+    /// The picture as a level.
     pub fn finest(&self) -> &Level {
         &self.levels[0]
+    }
+
+    /// The picture itself.
+    pub fn picture(&self) -> &GrayImage {
+        &self.picture
     }
 }
 
@@ -91,9 +118,13 @@ impl Level {
         inside(at.x, self.width) && inside(at.y, self.height)
     }
 
-    /// A row in 1/256 grey level.
-    pub(crate) fn row(&self, y: usize) -> &[u16] {
-        &self.pixels[y * self.width..][..self.width]
+    /// Grey level of a pixel.
+    fn grey(&self, x: usize, y: usize) -> f32 {
+        let at = y * self.width + x;
+        match &self.pixels {
+            Pixels::Picture(picture) => picture.as_raw()[at].grey(),
+            Pixels::Fine(pixels) => pixels[at].grey(),
+        }
     }
 
     /// Grey level at a position between pixels; `None` outside the frame.
@@ -105,55 +136,39 @@ impl Level {
         let (wx, wy) = (weights(interpolation, at.x - x), weights(interpolation, at.y - y));
         let mut sum = 0.0;
         for (j, wy) in wy.iter().enumerate() {
-            let row = self.row(clamped(y as isize + j as isize - 1, self.height));
+            let y = clamped(y as isize + j as isize - 1, self.height);
             for (i, wx) in wx.iter().enumerate() {
-                sum += wx * wy * f64::from(row[clamped(x as isize + i as isize - 1, self.width)]);
+                let x = clamped(x as isize + i as isize - 1, self.width);
+                sum += wx * wy * f64::from(self.grey(x, y));
             }
         }
-        Some(sum / f64::from(UNITS_PER_GREY))
+        Some(sum)
     }
 
     /// Copies the `width × height` pixels from `(left, top)` on, row by row, in grey levels; pixels outside the frame
     /// repeat the nearest one inside.
     pub(crate) fn copy_window(&self, left: isize, top: isize, width: usize, height: usize, out: &mut Vec<f32>) {
-        const GREY: f32 = 1.0 / UNITS_PER_GREY as f32;
         out.resize(width * height, 0.0);
-        let inside = left >= 0 && left as usize + width <= self.width;
-        for (j, line) in out.chunks_exact_mut(width).enumerate() {
-            let row = self.row(clamped(top + j as isize, self.height));
-            if inside {
-                for (out, &pixel) in line.iter_mut().zip(&row[left as usize..][..width]) {
-                    *out = f32::from(pixel) * GREY;
-                }
-            } else {
-                for (i, out) in line.iter_mut().enumerate() {
-                    *out = f32::from(row[clamped(left + i as isize, self.width)]) * GREY;
-                }
+        let (size, out) = ((self.width, self.height), &mut out[..]);
+        let arch = pulp::Arch::new();
+        match &self.pixels {
+            Pixels::Picture(picture) => {
+                arch.dispatch(CopyWindow { pixels: picture.as_raw(), size, left, top, width, height, out });
             }
+            Pixels::Fine(pixels) => arch.dispatch(CopyWindow { pixels, size, left, top, width, height, out }),
         }
     }
 
-    /// The next coarser level: columns are summed first, so that the inner loop runs along rows.
+    /// The next coarser level.
     fn halved(&self) -> Self {
-        let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
-        let mut pixels = vec![0; width * height];
-        // Two repeated pixels on the left, and on the right as many as the last output pixel reaches.
-        let mut sums = vec![0_u32; 2 * width + 3];
-        for (y, line) in pixels.chunks_exact_mut(width).enumerate() {
-            let rows = [0, 1, 2, 3, 4].map(|j| self.row(clamped(2 * y as isize + j - 2, self.height)));
-            let inner = &mut sums[2..][..self.width];
-            for (x, sum) in inner.iter_mut().enumerate() {
-                let [a, b, c, d, e] = rows.map(|row| u32::from(row[x]));
-                *sum = a + e + 4 * (b + c + d) + 2 * c;
+        let (width, arch) = (self.width, pulp::Arch::new());
+        let pixels = match &self.pixels {
+            Pixels::Picture(picture) => {
+                arch.dispatch(Halve { pixels: &picture.as_raw()[..width * self.height], width })
             }
-            let (first, last) = (inner[0], inner[self.width - 1]);
-            sums[..2].fill(first);
-            sums[2 + self.width..].fill(last);
-            for (out, s) in line.iter_mut().zip(sums.windows(5).step_by(2)) {
-                *out = ((s[0] + s[4] + 4 * (s[1] + s[2] + s[3]) + 2 * s[2] + 128) >> 8) as u16;
-            }
-        }
-        Self { width, height, pixels }
+            Pixels::Fine(pixels) => arch.dispatch(Halve { pixels, width }),
+        };
+        Self { width: width.div_ceil(2), height: self.height.div_ceil(2), pixels: Pixels::Fine(pixels) }
     }
 }
 
@@ -194,6 +209,20 @@ mod tests {
         }
         assert_eq!(pyramid.levels()[1].width(), 41);
         assert_eq!(pyramid.levels()[2].height(), 15);
+    }
+
+    #[test]
+    fn a_shared_picture_is_level_zero_itself() {
+        let picture = Arc::new(ramp(50, 40));
+        let shared = Pyramid::sharing(picture.clone(), 2);
+        assert!(std::ptr::eq(shared.picture(), &*picture));
+        let copied = Pyramid::new(&picture, 2);
+        let windows = [&shared, &copied].map(|pyramid| {
+            let mut window = Vec::new();
+            pyramid.levels()[1].copy_window(-3, -3, 30, 30, &mut window);
+            window
+        });
+        assert_eq!(windows[0], windows[1]);
     }
 
     #[test]
