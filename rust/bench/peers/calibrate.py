@@ -6,7 +6,8 @@ from typing import Any
 
 import cv2
 import numpy as np
-from common import Run, main, median_ms, read_grey
+from common import Run, median_ms
+from opencv import main, read_grey
 
 # The camera that both sides solve for: focal lengths, principal point, two radial terms.
 LENS = cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3

@@ -1,4 +1,4 @@
-"""What all peers share: inputs, times, results. What `src/clock.rs` and `src/results.rs` are in Rust."""
+"""What all peers share: times and results. What `src/clock.rs` and `src/results.rs` are in Rust."""
 
 import json
 import statistics
@@ -8,9 +8,6 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
-
-import cv2
-import numpy as np
 
 ENOUGH_S = 0.4
 ROUNDS = (3, 200)
@@ -38,18 +35,9 @@ def median_ms(work: Callable[[], Any]) -> float:
     return statistics.median(rounds)
 
 
-def read_grey(path: Path) -> np.ndarray:
-    """A picture as grey levels."""
-    picture = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-    if picture is None:
-        raise SystemExit(f"cannot read {path}")
-    return picture
-
-
-def main(measure: Callable[[dict[str, Any], Path], list[Run]]) -> None:
-    """`WORD.py FOLDER RESULT`: measures every case of `inputs.json`, on one thread."""
+def write_runs(program: str, measure: Callable[[dict[str, Any], Path], list[Run]]) -> None:
+    """`WORD.py FOLDER RESULT`: measures every case of `inputs.json`."""
     folder, result = map(Path, sys.argv[1:])
-    cv2.setNumThreads(1)
     cases = json.loads((folder / "inputs.json").read_text())
     runs = [asdict(run) for case in cases for run in measure(case, folder)]
-    result.write_text(json.dumps({"program": f"OpenCV {cv2.__version__}", "runs": runs}))
+    result.write_text(json.dumps({"program": program, "runs": runs}))

@@ -5,7 +5,8 @@ from typing import Any
 
 import cv2
 import numpy as np
-from common import Run, main, median_ms
+from common import Run, median_ms
+from opencv import main
 
 METHODS = {"USAC_ACCURATE": cv2.USAC_ACCURATE, "USAC_MAGSAC": cv2.USAC_MAGSAC, "RANSAC": cv2.RANSAC}
 CONFIDENCE = 0.999

@@ -6,7 +6,8 @@ from typing import Any
 
 import cv2
 import numpy as np
-from common import Run, main, median_ms, read_grey
+from common import Run, median_ms
+from opencv import main, read_grey
 
 CORNER_WINDOW = 5
 LEVELS = 4
@@ -35,15 +36,29 @@ def checked(a: np.ndarray, b: np.ndarray, points: Points, window: int) -> tuple[
 TRACKERS: dict[str, tuple[Callable[..., tuple[Points, np.ndarray]], int]] = {
     "window 7": (forward, 7),
     "window 15": (forward, 15),
+    "window 21": (forward, 21),
     "window 11, checked": (checked, 11),
 }
 
 
 def measure(case: dict[str, Any], folder: Path) -> list[Run]:
-    """Corners and all trackers."""
+    """Pyramids, corners and all trackers."""
     pictures = [read_grey(folder / name) for name in case["pictures"]]
     masks = [read_grey(folder / name) for name in case["masks"]]
-    return [corners(case, pictures, masks)] + [tracks(case, pictures, task) for task in TRACKERS]
+    return [pyramids(case, pictures), corners(case, pictures, masks)] + [tracks(case, pictures, t) for t in TRACKERS]
+
+
+def pyramids(case: dict[str, Any], pictures: list[np.ndarray]) -> Run:
+    """Both pyramids of every pair, with derivatives, as the tracker of the smallest window needs them."""
+    window = min(window for _, window in TRACKERS.values())
+
+    def build_all() -> None:
+        for pair in case["pairs"]:
+            for picture in (pictures[pair["a"]], pictures[pair["b"]]):
+                cv2.buildOpticalFlowPyramid(picture, (window, window), LEVELS - 1)
+
+    times = {"build": median_ms(build_all) / len(case["pairs"])}
+    return Run(case["name"], "pyramids", "buildOpticalFlowPyramid", times, {})
 
 
 def corners(case: dict[str, Any], pictures: list[np.ndarray], masks: list[np.ndarray]) -> Run:

@@ -1,17 +1,31 @@
 //! `cargo x bench [WORD]`: time and error of a feature, ours and the peer's, on the same inputs in the same run.
 
-use crate::environment::{Environment, OPENCV_4, OPENCV_5};
+use crate::environment::{BLENDER_4_5, Environment, OPENCV_4, OPENCV_5};
 use crate::run::{cargo, root, run, say, target};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Features that are measured.
 pub const WORDS: [&str; 3] = ["calibrate", "track", "motion"];
+/// The peers. Each has a script per word that it is measured in, `peers/WORD` and its ending.
+const PEERS: [Peer; 3] = [
+    Peer { name: "opencv-4", environment: &OPENCV_4, script: ".py", words: &WORDS },
+    Peer { name: "opencv-5", environment: &OPENCV_5, script: ".py", words: &WORDS },
+    Peer { name: "blender-4.5", environment: &BLENDER_4_5, script: "_blender.py", words: &["track"] },
+];
 /// Ours and the peers are measured in turn so many times; the table shows the median.
 const TURNS: usize = 3;
 /// Every side gets one thread.
 const ONE_THREAD: [(&str, &str); 3] =
     [("RAYON_NUM_THREADS", "1"), ("OMP_NUM_THREADS", "1"), ("OPENBLAS_NUM_THREADS", "1")];
+
+/// A program that ours is measured beside.
+struct Peer {
+    name: &'static str,
+    environment: &'static Environment,
+    script: &'static str,
+    words: &'static [&'static str],
+}
 
 /// Measures one feature, or all.
 pub fn bench(word: Option<&str>) -> anyhow::Result<()> {
@@ -28,8 +42,8 @@ fn measure(word: &str) -> anyhow::Result<()> {
         say(&format!("{word}: turn {turn} of {TURNS}"));
         results.push(result(&folder, "ours", turn));
         run(ours("measure", word, &folder).args(results.last()).envs(ONE_THREAD))?;
-        for (name, peer) in [("opencv-4", &OPENCV_4), ("opencv-5", &OPENCV_5)] {
-            results.push(result(&folder, name, turn));
+        for peer in PEERS.iter().filter(|peer| peer.words.contains(&word)) {
+            results.push(result(&folder, peer.name, turn));
             run(python(peer, word, &folder)?.args(results.last()).envs(ONE_THREAD))?;
         }
     }
@@ -47,8 +61,8 @@ fn ours(step: &str, word: &str, folder: &Path) -> Command {
     command
 }
 
-fn python(peer: &Environment, word: &str, folder: &Path) -> anyhow::Result<Command> {
-    let mut command = peer.python()?;
-    command.arg(root().join("rust/bench/peers").join(word).with_extension("py")).arg(folder);
+fn python(peer: &Peer, word: &str, folder: &Path) -> anyhow::Result<Command> {
+    let mut command = peer.environment.python()?;
+    command.arg(root().join("rust/bench/peers").join(format!("{word}{}", peer.script))).arg(folder);
     Ok(command)
 }

@@ -10,6 +10,11 @@ use geometry::Vec2;
 /// A corner found again this near is repeated, a track this near is right, pixels.
 const NEAR_PX: f64 = 1.0;
 
+/// Times of building.
+pub(super) fn pyramids(run: &Run<Answer>) -> Vec<Figure> {
+    vec![Figure::cost("ms for two pictures", run.time("build"))]
+}
+
 /// Times of the detector, and how many corners of one frame are corners of the next one.
 pub(super) fn corners(run: &Run<Answer>, case: &Case, truth: &CaseTruth) -> anyhow::Result<Vec<Figure>> {
     let body = truth.film.body()?;
@@ -43,11 +48,12 @@ pub(super) fn tracks(run: &Run<Answer>, case: &Case, truth: &CaseTruth) -> anyho
     let points: usize = case.pairs.iter().map(|pair| pair.points.len()).sum();
     let right = errors.iter().filter(|e| **e < NEAR_PX).count();
     let (call, one) = (run.time("call"), run.time("call_with_one_point"));
-    let others = points as f64 / case.pairs.len() as f64 - 1.0;
+    let per_call = points as f64 / case.pairs.len() as f64;
     Ok(vec![
         Figure::cost("ms per call", call),
         Figure::cost("ms per call with one point", one),
-        Figure::cost("µs per further point", 1e3 * (call - one) / others),
+        Figure::cost("µs per point of a call", 1e3 * call / per_call),
+        Figure::cost("µs per further point", 1e3 * (call - one) / (per_call - 1.0)),
         Figure::gain("within 1 px of all points, %", percent(right, points)),
         Figure::gain("within 1 px of points kept, %", percent(right, errors.len())),
         Figure::cost("median error, px", median(errors)),

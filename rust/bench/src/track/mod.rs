@@ -1,4 +1,4 @@
-//! Bench of `track`: corners, and Lucas–Kanade with the pyramids it needs.
+//! Bench of `track`: pyramids, corners, and Lucas–Kanade with the pyramids it needs.
 
 mod inputs;
 mod judge;
@@ -10,6 +10,8 @@ use geometry::{Camera, Transform};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
+/// Task of building pyramids.
+const PYRAMIDS: &str = "pyramids";
 /// Task of finding corners; the other tasks are trackers of a window's size.
 const CORNERS: &str = "corners";
 
@@ -81,6 +83,7 @@ impl Feature for Track {
 
     fn figures(run: &Run<Answer>, inputs: &Vec<Case>, truth: &Vec<CaseTruth>) -> anyhow::Result<Vec<Figure>> {
         match inputs.iter().zip(truth).find(|(case, _)| case.name == run.case) {
+            Some(_) if run.task == PYRAMIDS => Ok(judge::pyramids(run)),
             Some((case, truth)) if run.task == CORNERS => judge::corners(run, case, truth),
             Some((case, truth)) => judge::tracks(run, case, truth),
             None => Ok(Vec::new()),
