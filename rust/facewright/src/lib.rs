@@ -3,8 +3,8 @@
 //! # Entry points
 //! - [`FrameSet::open`], [`Assets::load`], [`reconstruct`]: the whole path; [`Reconstruction::write`] leaves its files.
 //! - [`calibrate`], [`board`], [`match_pair`], [`overlay`]: the other commands of the `facewright` program.
-//! - [`calibration_picture`] draws a calibration; it and [`board`] make a [`drawing`] in millimetres, which is written as SVG,
-//!   PDF or PNG.
+//! - [`calibration_picture`] draws a calibration, [`match_picture`] matches; they and [`board`] make a [`drawing`] in
+//!   millimetres, which is written as SVG, PDF or PNG.
 //!
 //! # Order of work
 //! `frames` → `observe` (faces) → `clip` (landmark fit, choice of frames) → `tracks` → `solve` (motion, bundle) →
@@ -26,6 +26,7 @@ mod error;
 mod faces;
 mod frames;
 mod glb;
+pub mod match_picture;
 mod matching;
 mod observe;
 mod overlay;

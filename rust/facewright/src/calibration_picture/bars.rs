@@ -1,8 +1,10 @@
 //! A bar for each picture: the error of its corners, and the same with a camera that has not seen it.
 
-use super::style::{ACCENT, Area, GREY, HAIR, INK, LEADING, MIDDLE, SMALL, THIN, TINY, plain, round_up, title};
 use super::{Bounds, PictureInput, PicturedCamera};
 use crate::calibration::BoardImage;
+use crate::drawing::style::{
+    ACCENT, Area, GREY, HAIR, INK, LEADING, MIDDLE, SMALL, THIN, TINY, plain, round_up, title,
+};
 use crate::drawing::{Anchor, Drawing, Stroke, Text, text_width, wrap};
 use geometry::Vec2;
 

@@ -1,8 +1,8 @@
 //! All corners over the camera's frame: where the picture was covered, and by how much they were missed.
 
-use super::style::{ACCENT, Area, GREY, INK, MIDDLE, SMALL, THIN, plain, title};
 use super::{Bounds, PictureInput, PicturedCamera};
 use crate::calibration::BoardImage;
+use crate::drawing::style::{ACCENT, Area, GREY, INK, MIDDLE, SMALL, THIN, plain, title};
 use crate::drawing::{Colour, Drawing, Stroke, Text};
 use geometry::{Board, Transform, Vec2};
 

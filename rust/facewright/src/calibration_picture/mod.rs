@@ -9,24 +9,21 @@
 
 mod bars;
 mod frame;
-mod labels;
 mod numbers;
 mod scene;
 mod space;
-mod style;
 
 use crate::board::describe;
 use crate::calibration::BoardImage;
+pub use crate::drawing::DPI;
+use crate::drawing::style::{Area, GREY, INK, SMALL};
 use crate::drawing::{Anchor, Drawing, Text};
 use crate::{CalibratedCamera, CalibratedRig, MountedCamera};
 use geometry::{Board, Transform, Vec2};
 use scene::Scene;
-use style::{Area, GREY, INK, SMALL};
 
 /// How many times worse than the median picture one must fit to be pointed out.
 pub const BAD: f64 = 2.0;
-/// Resolution of the picture as PNG, dots per inch.
-pub const DPI: f64 = 300.0;
 
 /// One of the cameras of a rig, or the only one.
 #[derive(Clone, Copy, Debug)]

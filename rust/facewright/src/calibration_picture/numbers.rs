@@ -1,8 +1,8 @@
 //! The camera's numbers with their standard deviations, and what to distrust.
 
-use super::style::{ACCENT, Area, GREY, HAIR, INK, LEADING, SMALL, title, with_minus};
 use super::{PictureInput, PicturedCamera};
 use crate::CalibratedCamera;
+use crate::drawing::style::{ACCENT, Area, GREY, HAIR, INK, LEADING, SMALL, title, with_minus};
 use crate::drawing::{Anchor, Drawing, Text, wrap};
 use geometry::Vec2;
 

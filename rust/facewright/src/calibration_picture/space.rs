@@ -1,8 +1,8 @@
 //! The cameras and the boards before them, seen from the side and from above.
 
-use super::labels::Labels;
 use super::scene::{PlacedBoard, PlacedCamera, Scene};
-use super::style::{ACCENT, Area, GREY, HAIR, INK, MIDDLE, PALE, SMALL, THIN, TINY, plain, round_up, title};
+use crate::drawing::labels::Labels;
+use crate::drawing::style::{ACCENT, Area, GREY, HAIR, INK, MIDDLE, PALE, SMALL, THIN, TINY, plain, round_up, title};
 use crate::drawing::{Anchor, Colour, Drawing, Stroke, Text};
 use geometry::{Vec2, Vec3};
 
@@ -146,18 +146,19 @@ fn things(drawing: &mut Drawing, view: &View, scene: &Scene, area: Area, is_larg
     let cameras = scene.cameras.iter().map(|camera| (view.depth(&[camera.centre]), Thing::Camera(camera)));
     let mut all: Vec<_> = boards.chain(cameras).collect();
     all.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut labels = Labels::within(area);
+    let mut labels = Labels::within(area, if is_large { SMALL } else { TINY });
     for (_, thing) in all {
         match thing {
             Thing::Board(board) => {
                 draw_board(drawing, view, board);
-                labels.want(board.number.to_string(), board.is_bad, &board.outline.map(|p| view.page(&p)));
+                let colour = if board.is_bad { ACCENT } else { INK };
+                labels.want(board.number.to_string(), colour, &board.outline.map(|p| view.page(&p)));
             }
             Thing::Camera(camera) => draw_camera(drawing, view, camera, is_large, scene.cameras.len() > 1),
         }
     }
     if is_large || scene.boards.len() <= READABLE {
-        labels.draw(drawing, if is_large { SMALL } else { TINY });
+        labels.draw(drawing);
     }
 }
 

@@ -88,7 +88,7 @@ fn picture_of(calibrated: &CalibratedCamera) -> Drawing {
 fn count(drawing: &Drawing, of: impl Fn(&Outline, Option<Stroke>) -> bool) -> usize {
     let is = |mark: &&Mark| match mark {
         Mark::Shape { outline, stroke, .. } => of(outline, *stroke),
-        Mark::Text(_) => false,
+        Mark::Text(_) | Mark::Picture { .. } => false,
     };
     drawing.marks.iter().filter(is).count()
 }
@@ -112,6 +112,7 @@ fn assert_on_page(drawing: &Drawing) {
             Mark::Shape { outline: Outline::Rectangle { from, size }, .. } => inside(from) && inside(&(from + size)),
             Mark::Shape { outline: Outline::Circle { centre, .. }, .. } => inside(centre),
             Mark::Shape { outline: Outline::Lines { points, .. }, .. } => points.iter().all(inside),
+            Mark::Picture { from, size, .. } => inside(from) && inside(&(from + size)),
             Mark::Text(text) => {
                 let width = crate::drawing::text_width(&text.content, text.size);
                 let (before, after) = match text.anchor {

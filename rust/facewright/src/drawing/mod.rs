@@ -6,18 +6,26 @@
 //!
 //! # Conventions
 //! x right, y down, origin in the page's top left corner. All three kinds have exactly the drawing's size. SVG keeps text as
-//! text; PDF and PNG hold its outlines in Noto Sans, which is part of the program, and need no font of the machine.
+//! text; PDF and PNG hold its outlines in Noto Sans, which is part of the program, and need no font of the machine. Pictures are
+//! part of the file, with all their pixels in SVG and PDF.
 
 mod font;
+pub(crate) mod labels;
 mod pdf;
 mod png;
+mod scale;
+pub(crate) mod style;
 mod svg;
 
 use crate::FacewrightError;
 use geometry::Vec2;
+use image::GrayImage;
 use std::path::Path;
 
 pub use font::{text_width, wrap};
+
+/// Resolution of pictures as PNG, dots per inch.
+pub const DPI: f64 = 300.0;
 
 /// A colour that may let through what is below.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -143,6 +151,15 @@ pub enum Mark {
     },
     /// A text.
     Text(Text),
+    /// A picture of pixels, smooth between their middles.
+    Picture {
+        /// Its pixels, at least one.
+        pixels: GrayImage,
+        /// Top left corner of the first pixel.
+        from: Vec2,
+        /// Width and height.
+        size: Vec2,
+    },
 }
 
 /// Marks on a white page.
@@ -187,10 +204,17 @@ impl Drawing {
         self.marks.push(Mark::Text(text));
     }
 
+    /// Draws a picture; one without pixels is left out.
+    pub fn picture(&mut self, pixels: GrayImage, from: Vec2, size: Vec2) {
+        if !pixels.is_empty() {
+            self.marks.push(Mark::Picture { pixels, from, size });
+        }
+    }
+
     /// The bytes of a file; `dpi` is the resolution of a PNG.
     pub fn encode(&self, format: Format, dpi: f64) -> Result<Vec<u8>, FacewrightError> {
         match format {
-            Format::Svg => Ok(svg::encode(self).into_bytes()),
+            Format::Svg => svg::encode(self).map(String::into_bytes),
             Format::Pdf => Ok(pdf::encode(self)),
             Format::Png => png::encode(self, dpi),
         }

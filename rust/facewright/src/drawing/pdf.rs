@@ -2,6 +2,8 @@
 
 use super::{Colour, Drawing, Mark, Outline, Segment, Stroke, font};
 use flate2::{Compression, write::ZlibEncoder};
+use geometry::Vec2;
+use image::GrayImage;
 use pdf_writer::types::LineJoinStyle;
 use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref};
 use std::collections::BTreeSet;
@@ -15,6 +17,7 @@ pub fn encode(drawing: &Drawing) -> Vec<u8> {
     let [catalog, pages, page, content] = [1, 2, 3, 4].map(Ref::new);
     let (width, height) = ((drawing.size.x * POINTS) as f32, (drawing.size.y * POINTS) as f32);
     let (operators, opacities) = operators(drawing);
+    let pictures: Vec<(Ref, &GrayImage)> = pictures(drawing).zip(5..).map(|(p, id)| (Ref::new(id), p)).collect();
     let mut pdf = Pdf::new();
     pdf.catalog(catalog).pages(pages);
     pdf.pages(pages).kids([page]).count(1);
@@ -27,11 +30,34 @@ pub fn encode(drawing: &Drawing) -> Vec<u8> {
         state.non_stroking_alpha(f32::from(percent) / 100.0).stroking_alpha(f32::from(percent) / 100.0);
     }
     states.finish();
+    let mut objects = resources.x_objects();
+    for (k, (id, _)) in pictures.iter().enumerate() {
+        objects.pair(Name(picture_name(k).as_bytes()), *id);
+    }
+    objects.finish();
     resources.finish();
     leaf.finish();
     let packed = deflate(&operators);
     pdf.stream(content, &packed).filter(Filter::FlateDecode);
+    for (id, pixels) in pictures {
+        let packed = deflate(pixels.as_raw());
+        let mut object = pdf.image_xobject(id, &packed);
+        object.width(pixels.width() as i32).height(pixels.height() as i32);
+        object.filter(Filter::FlateDecode);
+        object.bits_per_component(8).interpolate(true).color_space().device_gray();
+    }
     pdf.finish()
+}
+
+fn pictures(drawing: &Drawing) -> impl Iterator<Item = &GrayImage> {
+    drawing.marks.iter().filter_map(|mark| match mark {
+        Mark::Picture { pixels, .. } => Some(pixels),
+        _ => None,
+    })
+}
+
+fn picture_name(number: usize) -> String {
+    format!("picture{number}")
 }
 
 fn deflate(bytes: &[u8]) -> Vec<u8> {
@@ -47,7 +73,7 @@ fn name(percent: u8) -> String {
 
 /// The page's operators, and the opacities they use, percent.
 fn operators(drawing: &Drawing) -> (Vec<u8>, BTreeSet<u8>) {
-    let mut writer = Operators { content: Content::new(), opacity: 100, used: BTreeSet::from([100]) };
+    let mut writer = Operators { content: Content::new(), opacity: 100, used: BTreeSet::from([100]), pictures: 0 };
     let scale = POINTS as f32;
     writer.content.transform([scale, 0.0, 0.0, -scale, 0.0, (drawing.size.y * POINTS) as f32]);
     writer.content.set_line_join(LineJoinStyle::RoundJoin);
@@ -76,6 +102,7 @@ fn operators(drawing: &Drawing) -> (Vec<u8>, BTreeSet<u8>) {
                 writer.path(&glyphs);
                 writer.content.fill_nonzero();
             }
+            Mark::Picture { from, size, .. } => writer.picture(from, size),
         }
     }
     (writer.content.finish().into_vec(), writer.used)
@@ -86,6 +113,8 @@ struct Operators {
     /// Opacity now set, percent.
     opacity: u8,
     used: BTreeSet<u8>,
+    /// Pictures placed so far.
+    pictures: usize,
 }
 
 impl Operators {
@@ -108,6 +137,15 @@ impl Operators {
             self.opacity = percent;
             self.used.insert(percent);
         }
+    }
+
+    /// Places the next picture, whose first row is at the top of a unit square that has y up.
+    fn picture(&mut self, from: &Vec2, size: &Vec2) {
+        self.opacity(Colour::BLACK);
+        let [x, y, width, height] = [from.x, from.y + size.y, size.x, size.y].map(|v| v as f32);
+        self.content.save_state().transform([width, 0.0, 0.0, -height, x, y]);
+        self.content.x_object(Name(picture_name(self.pictures).as_bytes())).restore_state();
+        self.pictures += 1;
     }
 
     fn outline(&mut self, outline: &Outline) {

@@ -1,8 +1,9 @@
 //! A drawing as PNG: every pixel the mean of what lies in it, the pixels' size in the `pHYs` chunk.
 
-use super::{Colour, Drawing, Mark, Outline, Segment, font};
+use super::{Colour, Drawing, Mark, Outline, Segment, font, scale::Weights};
 use crate::FacewrightError;
 use geometry::Vec2;
+use image::GrayImage;
 use png::{BitDepth, ColorType, PixelDimensions, Unit};
 use zeno::{Command, Join, Mask, Style};
 
@@ -18,7 +19,7 @@ pub fn encode(drawing: &Drawing, dpi: f64) -> Result<Vec<u8>, FacewrightError> {
     let per_metre = (dpi / 0.0254).round();
     let mut canvas = Canvas::new(drawing.size, per_metre / 1000.0);
     drawing.marks.iter().for_each(|mark| canvas.draw(mark));
-    canvas.file(per_metre as u32).map_err(|e| FacewrightError::Drawing { reason: e.to_string() })
+    canvas.file(per_metre as u32)
 }
 
 struct Canvas {
@@ -60,6 +61,7 @@ impl Canvas {
                 }
                 self.paint(&glyphs, None, text.colour);
             }
+            Mark::Picture { pixels, from, size } => self.picture(pixels, from, size),
         }
     }
 
@@ -94,15 +96,29 @@ impl Canvas {
     /// Fills a rectangle, whose pixels' covered parts are exact: a path's are to a hundredth.
     fn rectangle(&mut self, from: &Vec2, size: &Vec2, colour: Colour) {
         let (low, high) = (from * self.scale, (from + size) * self.scale);
-        let covered = |low: f64, high: f64, end: usize| {
-            let first = low.floor().clamp(0.0, end as f64) as usize;
-            let last = high.ceil().clamp(0.0, end as f64) as usize;
-            (first..last).map(move |i| (i, (high.min(i as f64 + 1.0) - low.max(i as f64)).max(0.0)))
-        };
         for (y, rows) in covered(low.y, high.y, self.height) {
             for (x, columns) in covered(low.x, high.x, self.width) {
                 let begin = 3 * (y * self.width + x);
                 blend(&mut self.pixels[begin..begin + 3], colour, rows * columns);
+            }
+        }
+    }
+
+    /// Draws a picture, each pixel the mean of what lies in it where the picture is finer, else smooth between the picture's.
+    fn picture(&mut self, picture: &GrayImage, from: &Vec2, size: &Vec2) {
+        let (low, high) = (from * self.scale, (from + size) * self.scale);
+        let columns: Vec<(usize, f64, Weights)> = covered(low.x, high.x, self.width)
+            .map(|(x, part)| (x, part, Weights::new(x as f64, (low.x, high.x), picture.width() as usize)))
+            .collect();
+        for (y, part) in covered(low.y, high.y, self.height) {
+            let rows = Weights::new(y as f64, (low.y, high.y), picture.height() as usize);
+            // The rows' mean first: all the pixels of this row need it.
+            let level = |u: usize| rows.mean(|v| f64::from(picture.get_pixel(u as u32, v as u32).0[0]));
+            let means: Vec<f64> = (0..picture.width() as usize).map(level).collect();
+            for (x, column, weights) in &columns {
+                let grey = weights.mean(|u| means[u]).round().clamp(0.0, 255.0) as u8;
+                let begin = 3 * (y * self.width + x);
+                blend(&mut self.pixels[begin..begin + 3], Colour::grey(grey), part * column);
             }
         }
     }
@@ -126,22 +142,45 @@ impl Canvas {
         (right > left && bottom > top).then(|| (left, top, right - left, bottom - top))
     }
 
-    fn file(&self, per_metre: u32) -> Result<Vec<u8>, png::EncodingError> {
-        let grey = self.pixels.chunks_exact(3).all(|p| p[0] == p[1] && p[1] == p[2]);
-        let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
-        encoder.set_depth(BitDepth::Eight);
-        encoder.set_color(if grey { ColorType::Grayscale } else { ColorType::Rgb });
-        encoder.set_pixel_dims(Some(PixelDimensions { xppu: per_metre, yppu: per_metre, unit: Unit::Meter }));
-        let mut writer = encoder.write_header()?;
-        if grey {
-            writer.write_image_data(&self.pixels.iter().step_by(3).copied().collect::<Vec<_>>())?;
+    fn file(&self, per_metre: u32) -> Result<Vec<u8>, FacewrightError> {
+        let size = (self.width as u32, self.height as u32);
+        if self.pixels.chunks_exact(3).all(|p| p[0] == p[1] && p[1] == p[2]) {
+            let grey: Vec<u8> = self.pixels.iter().step_by(3).copied().collect();
+            write(size, ColorType::Grayscale, Some(per_metre), &grey)
         } else {
-            writer.write_image_data(&self.pixels)?;
+            write(size, ColorType::Rgb, Some(per_metre), &self.pixels)
         }
-        writer.finish()?;
-        Ok(bytes)
     }
+}
+
+/// A picture as a PNG of its own.
+pub fn picture(pixels: &GrayImage) -> Result<Vec<u8>, FacewrightError> {
+    write(pixels.dimensions(), ColorType::Grayscale, None, pixels)
+}
+
+fn write(
+    (width, height): (u32, u32),
+    colour: ColorType,
+    per_metre: Option<u32>,
+    pixels: &[u8],
+) -> Result<Vec<u8>, FacewrightError> {
+    let failed = |e: png::EncodingError| FacewrightError::Drawing { reason: e.to_string() };
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_color(colour);
+    encoder.set_pixel_dims(per_metre.map(|n| PixelDimensions { xppu: n, yppu: n, unit: Unit::Meter }));
+    let mut writer = encoder.write_header().map_err(failed)?;
+    writer.write_image_data(pixels).map_err(failed)?;
+    writer.finish().map_err(failed)?;
+    Ok(bytes)
+}
+
+/// The pixels below `end` that a range covers, and how much of each.
+fn covered(low: f64, high: f64, end: usize) -> impl Iterator<Item = (usize, f64)> {
+    let first = low.floor().clamp(0.0, end as f64) as usize;
+    let last = high.ceil().clamp(0.0, end as f64) as usize;
+    (first..last).map(move |i| (i, (high.min(i as f64 + 1.0) - low.max(i as f64)).max(0.0)))
 }
 
 fn command(segment: &Segment, place: impl Fn(&Vec2) -> zeno::Point) -> Command {
@@ -222,5 +261,33 @@ mod tests {
         for dpi in [0.0, 1e6, f64::NAN] {
             assert!(encode(&Drawing::new(Vec2::new(20.0, 10.0)), dpi).is_err());
         }
+    }
+
+    #[test]
+    fn a_picture_keeps_its_size_place_and_brightness_at_any_scale() {
+        let picture = GrayImage::from_fn(24, 16, |x, y| image::Luma([(40 + 7 * x + 3 * y) as u8]));
+        for scale in [0.2, 0.7, 1.0, 3.3] {
+            let mut drawing = Drawing::new(Vec2::new(40.0, 30.0));
+            drawing.picture(picture.clone(), Vec2::new(5.0, 4.0), Vec2::new(24.0, 16.0));
+            let canvas = pixels(&drawing, scale);
+            let missing = |p: &u8| 255.0 - f64::from(*p);
+            let sum: f64 = canvas.pixels.iter().step_by(3).map(missing).sum::<f64>() / (scale * scale);
+            let expected: f64 = picture.iter().map(missing).sum();
+            assert!((sum / expected - 1.0).abs() < 0.01, "{scale}: {sum} instead of {expected}");
+            // A ramp stays the ramp in the picture's middle.
+            let (x, y) = ((17.0 * scale) as usize, (12.0 * scale) as usize);
+            let (u, v) = ((x as f64 + 0.5) / scale - 5.5, (y as f64 + 0.5) / scale - 4.5);
+            let level = 40.0 + 7.0 * u + 3.0 * v;
+            assert!((at(&canvas, x, y) - level).abs() < 1.0, "{scale}: {} instead of {level}", at(&canvas, x, y));
+        }
+    }
+
+    #[test]
+    fn at_its_own_scale_a_picture_is_copied() {
+        let picture = GrayImage::from_fn(9, 7, |x, y| image::Luma([(x * 61 + y * 97) as u8]));
+        let mut drawing = Drawing::new(Vec2::new(9.0, 7.0));
+        drawing.picture(picture.clone(), Vec2::zeros(), Vec2::new(9.0, 7.0));
+        let canvas = pixels(&drawing, 1.0);
+        assert!(picture.iter().copied().eq(canvas.pixels.iter().step_by(3).copied()));
     }
 }

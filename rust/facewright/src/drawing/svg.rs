@@ -1,6 +1,8 @@
 //! A drawing as SVG, its unit a millimetre.
 
 use super::{Anchor, Colour, Drawing, Mark, Outline, Stroke, Text};
+use crate::FacewrightError;
+use image::GrayImage;
 use svg::Document;
 use svg::node::Node;
 use svg::node::element::{Element, Group, Rectangle};
@@ -9,7 +11,7 @@ use svg::node::element::{Element, Group, Rectangle};
 const FONTS: &str = "Noto Sans, Helvetica, Arial, sans-serif";
 
 /// The document.
-pub fn encode(drawing: &Drawing) -> String {
+pub fn encode(drawing: &Drawing) -> Result<String, FacewrightError> {
     let (width, height) = (drawing.size.x, drawing.size.y);
     let page = Rectangle::new().set("width", width).set("height", height).set("fill", "white");
     let lines = Group::new().set("stroke-linejoin", "round").set("font-family", FONTS);
@@ -18,8 +20,8 @@ pub fn encode(drawing: &Drawing) -> String {
         .set("height", format!("{height}mm"))
         .set("viewBox", (0, 0, width, height))
         .add(page)
-        .add(drawing.marks.iter().fold(lines, |group, mark| group.add(node(mark))));
-    document.to_string()
+        .add(drawing.marks.iter().try_fold(lines, |group, mark| Ok::<_, FacewrightError>(group.add(node(mark)?)))?);
+    Ok(document.to_string())
 }
 
 /// A length to a ten-thousandth of a millimetre.
@@ -27,8 +29,8 @@ fn mm(length: f64) -> f64 {
     (length * 1e4).round() / 1e4
 }
 
-fn node(mark: &Mark) -> Element {
-    match mark {
+fn node(mark: &Mark) -> Result<Element, FacewrightError> {
+    Ok(match mark {
         Mark::Shape { outline, fill, stroke } => {
             let mut node = shape(outline);
             paint(&mut node, "fill", *fill);
@@ -39,7 +41,30 @@ fn node(mark: &Mark) -> Element {
             node
         }
         Mark::Text(text) => text_node(text),
-    }
+        Mark::Picture { pixels, from, size } => {
+            let mut node = element("image", &[("x", from.x), ("y", from.y), ("width", size.x), ("height", size.y)]);
+            node.assign("preserveAspectRatio", "none");
+            node.assign("href", data(pixels)?);
+            node
+        }
+    })
+}
+
+/// A picture as an address that holds it.
+fn data(pixels: &GrayImage) -> Result<String, FacewrightError> {
+    Ok(format!("data:image/png;base64,{}", base64(&super::png::picture(pixels)?)))
+}
+
+/// Bytes in base 64 (RFC 4648).
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let digits = |three: &[u8]| {
+        let number = (0..3).fold(0, |number, k| number << 8 | usize::from(three.get(k).copied().unwrap_or(0)));
+        let digit = move |k: usize| char::from(DIGITS[number >> (18 - 6 * k) & 63]);
+        let count = three.len();
+        (0..4).map(move |k| if k <= count { digit(k) } else { '=' })
+    };
+    bytes.chunks(3).flat_map(digits).collect()
 }
 
 fn element(name: &str, lengths: &[(&str, f64)]) -> Element {
@@ -106,7 +131,25 @@ mod tests {
     fn names_cannot_break_the_document() {
         let mut drawing = Drawing::new(Vec2::new(100.0, 50.0));
         drawing.text(Text::new("a<b>&\"c\u{1b}", Vec2::new(1.0, 2.0), 3.0));
-        let document = encode(&drawing);
+        let document = encode(&drawing).unwrap();
         assert!(document.contains("a&lt;b&gt;&amp;\"c\u{fffd}"), "{document}");
+    }
+
+    #[test]
+    fn base_64_is_that_of_the_standard() {
+        let known =
+            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foob", "Zm9vYg=="), ("fooba", "Zm9vYmE=")];
+        for (bytes, text) in known {
+            assert_eq!(base64(bytes.as_bytes()), text);
+        }
+        assert_eq!(base64(&[0xfb, 0xff, 0x00, 0xfe]), "+/8A/g==");
+    }
+
+    #[test]
+    fn a_picture_is_part_of_the_document() {
+        let mut drawing = Drawing::new(Vec2::new(100.0, 50.0));
+        drawing.picture(GrayImage::from_pixel(3, 2, image::Luma([90])), Vec2::new(1.0, 2.0), Vec2::new(30.0, 20.0));
+        let document = encode(&drawing).unwrap();
+        assert!(document.contains("<image") && document.contains("data:image/png;base64,iVBORw0KGgo"), "{document}");
     }
 }

@@ -2,8 +2,8 @@
 
 use super::commands::Summary;
 use super::{BoardArguments, Command, LensArguments};
-use facewright::calibration_picture::{DPI, of_camera, of_rig};
-use facewright::drawing::Format;
+use facewright::calibration_picture::{of_camera, of_rig};
+use facewright::drawing::{DPI, Format};
 use facewright::{
     CalibrateOptions, CalibratedCamera, FacewrightError, FrameSet, RigInput, SourcedCamera, calibrate, calibrate_rig,
     check_folder, undistort, write_json,

@@ -2,12 +2,16 @@
 
 use super::{Arguments, Command};
 use facewright::board::{SheetOptions, sheet};
+use facewright::drawing::{DPI, Format};
+use facewright::match_picture::of_match;
 use facewright::{
-    Assets, FacewrightError, FrameSet, MatchOptions, ReconstructOptions, SourcedCamera, TrackClipOptions, Tracks,
-    check_folder, match_pair, overlay, reconstruct, track, write_json,
+    Assets, FacewrightError, FrameSet, MatchOptions, MatchedPair, ReconstructOptions, SourcedCamera, TrackClipOptions,
+    Tracks, check_folder, match_pair, overlay, reconstruct, track, write_json,
 };
 use geometry::Progress;
+use image::imageops;
 use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
 
 /// What a command says when it is done.
 pub struct Summary {
@@ -38,7 +42,9 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
         Command::Calibrate { .. } | Command::Undistort { .. } => {
             super::calibrate::execute(&arguments.command, progress)
         }
-        Command::Match { a, b, camera, method, points, window, levels, no_correction, output } => {
+        Command::Match { a, b, camera, method, points, window, levels, no_correction, output, picture } => {
+            // Another kind of picture is refused before the work, not after it.
+            picture.as_deref().map(Format::of).transpose()?;
             let options = MatchOptions {
                 method: (*method).into(),
                 points: *points,
@@ -50,8 +56,9 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
             let camera = camera.as_deref().map(SourcedCamera::read).transpose()?;
             let assets = load_assets(arguments)?;
             let matches = match_pair(a, b, camera.as_ref(), &assets, &options, progress)?;
-            write_json(output, &matches)?;
             let pair = &matches.pairs[0];
+            picture.as_deref().map_or(Ok(()), |file| draw_match(pair, [a, b], file, progress))?;
+            write_json(output, &matches)?;
             let kept = pair.kept().count();
             let text = format!("{kept} of {} matches kept, in {}", pair.points.len(), output.display());
             Ok(Summary { text, json: json!(matches) })
@@ -97,6 +104,17 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
             Ok(Summary { text, json: json!({ "drawn": drawn }) })
         }
     }
+}
+
+fn draw_match(
+    pair: &MatchedPair,
+    frames: [&PathBuf; 2],
+    file: &Path,
+    progress: &Progress,
+) -> Result<(), FacewrightError> {
+    let frames = FrameSet::open(&frames.map(PathBuf::clone), progress)?;
+    let grey = |i: usize| frames.load(i).map(|picture| imageops::grayscale(&picture));
+    of_match(pair, &grey(0)?, &grey(1)?).write(file, DPI)
 }
 
 fn load_assets(arguments: &Arguments) -> Result<Assets, FacewrightError> {

@@ -109,6 +109,9 @@ enum Command {
         /// Matches file to write
         #[arg(short, long, default_value = "matches.json")]
         output: PathBuf,
+        /// Picture of both frames with points and vectors before and after the correction to write: SVG, PDF or PNG
+        #[arg(long, value_name = "FILE")]
+        picture: Option<PathBuf>,
     },
     /// Tracks points of the face through a sequence
     Track {

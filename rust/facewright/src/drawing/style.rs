@@ -1,6 +1,6 @@
-//! Colours, sizes and places that all parts of the picture share.
+//! Colours, sizes and places that all pictures share.
 
-use crate::drawing::{Anchor, Colour, Drawing, Stroke, Text};
+use super::{Anchor, Colour, Drawing, Stroke, Text};
 use geometry::Vec2;
 
 /// What is read first.
@@ -72,6 +72,32 @@ impl Area {
         let size = size * self.size.component_div(&size).min();
         Self { from: self.from + (self.size - size) / 2.0, size }
     }
+
+    /// Whether a point lies in it.
+    pub fn contains(&self, point: &Vec2) -> bool {
+        let (from, to) = (self.from, self.to());
+        (from.x..=to.x).contains(&point.x) && (from.y..=to.y).contains(&point.y)
+    }
+
+    /// The part of a line that lies in it (Liang and Barsky 1984).
+    pub fn cut(&self, line: &[Vec2; 2]) -> Option<[Vec2; 2]> {
+        let ([from, to], way) = (line, line[1] - line[0]);
+        let (mut begin, mut end) = (0.0f64, 1.0f64);
+        for axis in 0..2 {
+            let (low, high) = (self.from[axis] - from[axis], self.to()[axis] - from[axis]);
+            if way[axis] == 0.0 {
+                if low > 0.0 || high < 0.0 {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = (low / way[axis], high / way[axis]);
+            begin = begin.max(a.min(b));
+            end = end.min(a.max(b));
+        }
+        let at = |t: f64| if t == 1.0 { *to } else { from + t * way };
+        (begin <= end).then(|| [at(begin), at(end)])
+    }
 }
 
 /// Draws a title at the top of an area, and a remark to the right of it; what remains below them.
@@ -123,5 +149,16 @@ mod tests {
         assert!((last.to() - area.to()).norm() < 1e-12);
         let fitted = area.fit(Vec2::new(640.0, 480.0));
         assert!((fitted.size.y - 50.0).abs() < 1e-12 && (fitted.from.x + fitted.to().x - 120.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn lines_are_cut_at_an_area() {
+        let area = Area::new(0.0, 0.0, 10.0, 10.0);
+        let cut = |a: (f64, f64), b: (f64, f64)| area.cut(&[Vec2::new(a.0, a.1), Vec2::new(b.0, b.1)]);
+        assert_eq!(cut((2.0, 3.0), (4.0, 5.0)), Some([Vec2::new(2.0, 3.0), Vec2::new(4.0, 5.0)]));
+        assert_eq!(cut((5.0, 5.0), (25.0, 5.0)), Some([Vec2::new(5.0, 5.0), Vec2::new(10.0, 5.0)]));
+        assert_eq!(cut((-10.0, 5.0), (-1.0, 5.0)), None);
+        assert_eq!(cut((5.0, -3.0), (5.0, -3.0)), None);
+        assert_eq!(cut((-1.0, 12.0), (12.0, 25.0)), None);
     }
 }
