@@ -25,6 +25,9 @@ impl State {
     /// In the order of the legend.
     pub const ALL: [Self; 4] = [Self::Kept, Self::Moved, Self::Rejected, Self::Lost];
 
+    /// In the order drawn, from below to above.
+    pub const UPWARDS: [Self; 4] = [Self::Lost, Self::Kept, Self::Moved, Self::Rejected];
+
     pub fn meaning(self) -> &'static str {
         match self {
             Self::Kept => "kept",

@@ -13,7 +13,7 @@ mod panel;
 mod window;
 
 use crate::MatchedPair;
-use crate::drawing::style::{Area, GREY, INK, SMALL, TINY, title};
+use crate::drawing::style::{Area, GREY, INK, LEADING, SMALL, TINY, title};
 use crate::drawing::{Anchor, Drawing, Stroke, Text, text_width};
 use geometry::Vec2;
 use image::GrayImage;
@@ -28,7 +28,7 @@ const MARGIN: f64 = 10.0;
 /// Distance between the two frames.
 const GAP: f64 = 4.0;
 /// Greatest height of a frame, with which all is no longer than A4.
-const TALLEST: f64 = 116.0;
+const TALLEST: f64 = 114.0;
 /// Where the rows begin.
 const HEAD: f64 = 25.0;
 /// Title of a row.
@@ -36,7 +36,7 @@ const ROW_TITLE: f64 = 6.2;
 /// Distance between the rows.
 const BETWEEN: f64 = 4.0;
 /// Legend below the rows.
-const LEGEND: f64 = 14.0;
+const LEGEND: f64 = 17.0;
 
 /// The pair before and after its correction, 210 mm wide and no higher than A4. `a` and `b` are the frames it was matched in.
 pub fn of_match(pair: &MatchedPair, a: &GrayImage, b: &GrayImage) -> Drawing {
@@ -151,9 +151,14 @@ fn legend(drawing: &mut Drawing, top: f64, sizes: &Sizes) {
     drawing.line(&line, Stroke { colour: State::Kept.colour(), width: 0.3 });
     State::Kept.draw(drawing, line[1], sizes.mark.max(0.7));
     drawing.text(Text::new("from the place in the first frame", Vec2::new(x + 9.0, base), SMALL).coloured(INK));
-    let note = "Before the correction too, a mark tells what became of the point. Order violations: cross matches of the paper's \
-                method, turned triangles of the default one.";
-    drawing.text(Text::new(note, Vec2::new(MARGIN, base + 5.0), TINY).coloured(GREY));
+    let notes = [
+        "Before the correction too, a mark tells what became of the point; a lost one stands where it was in the first frame.",
+        "Order violations: cross matches of the paper's method, turned triangles of the default one.",
+    ];
+    for (k, note) in notes.into_iter().enumerate() {
+        let at = Vec2::new(MARGIN, base + 5.0 + k as f64 * LEADING * TINY);
+        drawing.text(Text::new(note, at, TINY).coloured(GREY));
+    }
 }
 
 #[cfg(test)]

@@ -32,8 +32,8 @@ impl Panel {
     pub fn draw(&self, drawing: &mut Drawing, frame: &GrayImage, points: &[Shown]) {
         self.frame(drawing, frame);
         let mut labels = Labels::within(self.area.without(0.4, 0.4, 0.4, 0.4), self.sizes.number);
-        // Those that deserve a look come last, over the others.
-        let order = State::ALL.into_iter().flat_map(|state| points.iter().filter(move |p| p.state == state));
+        // Those that deserve a look come last, over the others; what has no place here comes first.
+        let order = State::UPWARDS.into_iter().flat_map(|state| points.iter().filter(move |p| p.state == state));
         let ordered: Vec<&Shown> = order.collect();
         let vectors: Vec<(State, [Vec2; 2])> = ordered.iter().filter_map(|p| self.vector(p)).collect();
         for (state, line) in &vectors {
