@@ -1,4 +1,4 @@
-"""An operator whose work goes on while the artist looks on: progress in the panel, Esc, one final step."""
+"""What operators have in common: work that goes on while the artist looks on, and files that are asked for."""
 
 import textwrap
 import time
@@ -12,6 +12,8 @@ from .jobs import POLL_SECONDS, Work, wait
 
 Result = set[str]
 
+# Editors with a side bar of ours.
+SIDE_BARS = {"VIEW_3D", "CLIP_EDITOR"}
 # Of a side bar at scale 1: what tabs, frames and an icon take, and the mean width of a letter.
 SIDE_BAR_MARGIN_PX = 90
 CHARACTER_PX = 5.8
@@ -115,10 +117,34 @@ class WorkOperator:
         redraw(context)
 
 
+class FileOperator:
+    """Mix-in: asks for a path, then `work` reads or writes it and gives the message."""
+
+    filepath: str
+    # Of `bpy.types.Operator`, the other base.
+    report: Callable[[set[str], str], None]
+
+    def work(self, context: bpy.types.Context, path: str) -> str:
+        raise NotImplementedError
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> Result:
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: bpy.types.Context) -> Result:
+        try:
+            message = self.work(context, bpy.path.abspath(self.filepath))
+        except FacewrightError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self.report({"INFO"}, message)
+        return {"FINISHED"}
+
+
 def redraw(context: bpy.types.Context) -> None:
     """Draw the side bars again."""
     for area in context.screen.areas if context.screen else []:
-        if area.type == "VIEW_3D":
+        if area.type in SIDE_BARS:
             area.tag_redraw()
 
 

@@ -1,7 +1,6 @@
 """What the camera's buttons do."""
 
 import json
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 from ..engine import FacewrightError, Page, calibrate, save_calibration_picture
 from ..engine import save_board as _save_board
 from ..engine.calibration import Calibration, parse
+from ..engine.files import write_text
 from ..jobs import Work, watch
 from ..scene import boards as scene_boards
 from ..scene import video
@@ -90,13 +90,7 @@ def read_camera(path: str) -> str:
 
 def save_camera(path: str, text: str) -> None:
     """Write a camera.json, whole or not at all."""
-    part = Path(f"{path}.part")
-    try:
-        part.write_text(json.dumps(json.loads(text), indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
-        os.replace(part, path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise FacewrightError(f"{path} cannot be written: {error.strerror}") from error
+    write_text(path, json.dumps(json.loads(text), indent=2, ensure_ascii=False) + "\n")
 
 
 def save_picture(path: str, text: str) -> None:

@@ -1,12 +1,10 @@
 """The camera's buttons."""
 
-from collections.abc import Callable
-
 import bpy
 
 from ..engine import FacewrightError
 from ..jobs import Work
-from ..modal import Result, WorkOperator, idle
+from ..modal import FileOperator, Result, WorkOperator, idle
 from ..scene import boards as scene_boards
 from ..scene import camera as scene_camera
 from ..scene import video
@@ -68,30 +66,6 @@ class FACEWRIGHT_OT_calibrate(WorkOperator, bpy.types.Operator):
             return chosen
         path = bpy.path.abspath(self.filepath) or folder
         return [path] if path else []
-
-
-class FileOperator:
-    """Mix-in: asks for a path, then `work` reads or writes it and gives the message."""
-
-    filepath: str
-    # Of `bpy.types.Operator`, the other base.
-    report: Callable[[set[str], str], None]
-
-    def work(self, context: bpy.types.Context, path: str) -> str:
-        raise NotImplementedError
-
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> Result:
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
-
-    def execute(self, context: bpy.types.Context) -> Result:
-        try:
-            message = self.work(context, bpy.path.abspath(self.filepath))
-        except FacewrightError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        self.report({"INFO"}, message)
-        return {"FINISHED"}
 
 
 class FACEWRIGHT_OT_open_camera(FileOperator, bpy.types.Operator):
