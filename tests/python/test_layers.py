@@ -18,7 +18,7 @@ ALLOWED = {
     "properties": {"actions"},
     "following": {"actions"},
     "scene": {"scene", "engine"},
-    "engine": set(),
+    "engine": {"engine"},
     "jobs": {"engine"},
 }
 

@@ -1,0 +1,136 @@
+"""tracks.json: what is read comes out again, what is broken gets a sentence; without Blender and the library."""
+
+import copy
+import importlib
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+ENGINE = Path(os.environ.get("FACEWRIGHT_ROOT", Path(__file__).parents[2])) / "addon" / "engine"
+Content = dict[str, Any]
+
+
+class Error(Exception):
+    """Stands for the library's error."""
+
+
+@pytest.fixture(scope="module")
+def engine() -> Iterator[ModuleType]:
+    """`engine/tracks.py` without `engine/__init__.py`, which imports the native library."""
+    before = set(sys.modules)
+    native, package = ModuleType("facewright"), ModuleType("engine")
+    native.__dict__["FacewrightError"] = Error
+    package.__path__ = [str(ENGINE)]
+    kept = sys.modules.get("facewright")
+    sys.modules |= {"facewright": native, "engine": package}
+    yield importlib.import_module("engine.tracks")
+    for name in [name for name in sys.modules if name == "facewright" or name.split(".")[0] == "engine"]:
+        if name not in before or name == "facewright":
+            del sys.modules[name]
+    if kept is not None:
+        sys.modules["facewright"] = kept
+
+
+def content() -> Content:
+    pose = [[1.0, 0.0, 0.0, 0.01], [0.0, -1.0, 0.0, 0.02], [0.0, 0.0, -1.0, 0.6], [0.0, 0.0, 0.0, 1.0]]
+    frames = [
+        {
+            "name": f"frame_{k}",
+            "used": k != 3,
+            "reason": "blurred" if k == 3 else "",
+            "cam_from_head": pose,
+            "points": 0,
+        }
+        for k in range(6)
+    ]
+    frames[3]["cam_from_head"] = None
+    rows = [[1, 10.25, 20.5, 0.1], [2, 11.0, 21.0, 0.2], [5, 12.0, 22.0, 0.15]]
+    for frame, _, _, _ in rows:
+        frames[frame]["points"] = 1
+    track = {"id": 4, "reference": 2, "region": "mouth", "observations": rows, "gaps": [[3, 4, "turned away"]]}
+    camera = {"width": 640, "height": 480, "fx": 700.0, "fy": 700.0, "cx": 319.5, "cy": 239.5, "source": "exif"}
+    return {"version": "0.1.0", "method": "default", "camera": camera, "frames": frames, "tracks": [track]}
+
+
+def test_what_is_read_is_written_again(engine: ModuleType) -> None:
+    assert json.loads(engine.to_text(engine.parse(json.dumps(content())))) == content()
+    told = content() | {"window": 15}
+    assert json.loads(engine.to_text(engine.parse(json.dumps(told)))) == told
+
+
+def test_the_points_of_frames_are_counted(engine: ModuleType) -> None:
+    tracks = engine.parse(json.dumps(content()))
+    assert [frame["points"] for frame in json.loads(engine.to_text(tracks.with_tracks([])))["frames"]] == [0] * 6
+
+
+def test_without_a_window_the_librarys_choice_is_told(engine: ModuleType) -> None:
+    tracks = engine.parse(json.dumps(content()))
+    # Eyes 63 mm apart, 0.6 m away, are 73.5 pixels apart; the window is 0.22 of that, odd.
+    assert tracks.window_px(0) == 17
+    assert tracks.window_px(3) == 31, "no pose, the largest"
+    assert engine.parse(json.dumps(content() | {"window": 9})).window_px(0) == 9
+
+
+def track_with(**more: Any) -> Callable[[Content], None]:
+    return lambda whole: whole["tracks"][0].update(more)
+
+
+def frame_with(**more: Any) -> Callable[[Content], None]:
+    return lambda whole: whole["frames"][1].update(more)
+
+
+def rows(*observations: list[Any]) -> Callable[[Content], None]:
+    return track_with(observations=list(observations), reference=1, gaps=[])
+
+
+BROKEN: dict[str, tuple[Callable[[Content], None], str]] = {
+    "no version": (lambda whole: whole.pop("version"), "it has no version"),
+    "another method": (lambda whole: whole.update(method="other"), "method is other"),
+    "no camera": (lambda whole: whole.update(camera=None), "it has no camera"),
+    "half a camera": (lambda whole: whole["camera"].pop("fy"), "it has no fy"),
+    "no frames": (lambda whole: whole.update(frames={}), "it has no frames"),
+    "a nameless frame": (frame_with(name=3), "frame 1 has no name"),
+    "a frame that may be used": (frame_with(used="yes"), "frame 1 has no used"),
+    "a pose of three rows": (frame_with(cam_from_head=[[1.0] * 4] * 3), "frame_1 is no 4 × 4 matrix"),
+    "a pose of words": (frame_with(cam_from_head=[["x"] * 4] * 4), "frame_1 is no 4 × 4 matrix"),
+    "a frame twice": (frame_with(name="frame_0"), "the frame frame_0 twice"),
+    "no number": (track_with(id="a"), "track number 0 has no id"),
+    "a track twice": (lambda whole: whole["tracks"].append(copy.deepcopy(whole["tracks"][0])), "the track 4 twice"),
+    "a foreign region": (track_with(region="ear"), "track 4 has the region ear"),
+    "no observations": (rows(), "track 4 has no observations of the form"),
+    "short rows": (rows([1, 2.0, 3.0]), "track 4 has no observations of the form"),
+    "uneven rows": (rows([1, 2.0, 3.0, 0.1], [2, 3.0]), "track 4 has no observations of the form"),
+    "rows of words": (rows(["1", "2", "3", "4"]), "track 4 has no observations of the form"),
+    "no finite place": (rows([1, float("nan"), 3.0, 0.1]), "track 4 has no observations of the form"),
+    "half a frame": (rows([1.5, 2.0, 3.0, 0.1]), "not ascending whole numbers"),
+    "frames that go back": (rows([1, 2.0, 3.0, 0.1], [1, 2.0, 3.0, 0.1]), "not ascending whole numbers"),
+    "a frame beyond the end": (rows([1, 2.0, 3.0, 0.1], [6, 2.0, 3.0, 0.1]), "outside the 6 frames"),
+    "a frame before the start": (rows([-1, 2.0, 3.0, 0.1], [1, 2.0, 3.0, 0.1]), "outside the 6 frames"),
+    "no deviation": (rows([1, 2.0, 3.0, 0.0]), "a sigma that is not above 0"),
+    "an unseen reference": (track_with(reference=3), "own reference frame 3"),
+    "a gap where it is seen": (track_with(gaps=[[2, 3, ""]]), "seen within its gap 2 to 3"),
+    "a gap backwards": (track_with(gaps=[[4, 3, ""]]), "a gap outside"),
+    "a gap without a reason": (track_with(gaps=[[3, 4]]), "not of the form first, last, reason"),
+    "a window of nothing": (lambda whole: whole.update(window=0), "its window is 0"),
+}
+
+
+@pytest.mark.parametrize("kind", BROKEN)
+def test_what_is_broken_gets_a_sentence(engine: ModuleType, kind: str) -> None:
+    damage, sentence = BROKEN[kind]
+    whole = content()
+    damage(whole)
+    with pytest.raises(Error, match=sentence):
+        engine.parse(json.dumps(whole))
+
+
+@pytest.mark.parametrize(("text", "sentence"), [("{", "not JSON"), ("[]", "no tracks"), ("3", "no tracks")])
+def test_what_is_no_tracks_file_gets_a_sentence(engine: ModuleType, text: str, sentence: str) -> None:
+    with pytest.raises(Error, match=sentence):
+        engine.parse(text)
