@@ -1,4 +1,4 @@
-"""`blender -b --command facewright reconstruct …` and `… calibrate …`: the same work, from a shell."""
+"""`blender -b --command facewright reconstruct …`, `… calibrate …` and `… track …`: the same work, from a shell."""
 
 import argparse
 import sys
@@ -11,7 +11,9 @@ from .calibrate import actions as camera_actions
 from .engine import FacewrightError, check_folder
 from .jobs import wait
 from .reconstruct import actions
+from .scene import footage
 from .scene import head as scene_head
+from .track import actions as track_actions
 
 _handle: Any = None
 
@@ -32,6 +34,7 @@ def parser() -> argparse.ArgumentParser:
     commands = top.add_subparsers(dest="command", required=True)
     reconstruct_arguments(commands.add_parser("reconstruct", help="reconstruct a head"))
     calibrate_arguments(commands.add_parser("calibrate", help="calibrate a camera from pictures of a printed board"))
+    track_arguments(commands.add_parser("track", help="track points of a face through a clip"))
     return top
 
 
@@ -58,6 +61,17 @@ def calibrate_arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--gap-mm", type=float, help="white between separate squares (default: the side of a square)")
 
 
+def track_arguments(command: argparse.ArgumentParser) -> None:
+    command.add_argument("clip", help="a video, a folder of numbered frames, or a frame of an image sequence")
+    command.add_argument("-o", "--output", default="tracks.json", help="tracks to write (default: tracks.json)")
+    command.add_argument("--blend", help="save the scene with the clip and its markers here")
+    command.add_argument("--camera", help="camera.json of a calibrated camera")
+    command.add_argument("--method", choices=["default", "paper"], default="default")
+    command.add_argument("--points", type=int, default=200, help="how many points (default: 200)")
+    command.add_argument("--window", type=int, help="side of the pattern, pixels (default: fits the face)")
+    command.add_argument("--frames", type=span, help="first and last frame, counted from 0: 480-660")
+
+
 def span(text: str) -> tuple[int, int]:
     """`480-660` as numbers."""
     first, dash, last = text.partition("-")
@@ -81,7 +95,7 @@ def run(arguments: list[str]) -> int:
     except SystemExit as stop:
         return int(stop.code or 0)
     try:
-        lines = reconstruct(wanted) if wanted.command == "reconstruct" else calibrate(wanted)
+        lines = COMMANDS[wanted.command](wanted)
     except FacewrightError as error:
         print(f"facewright: {error}", file=sys.stderr)
         return 1
@@ -119,3 +133,31 @@ def calibrate(wanted: argparse.Namespace) -> list[str]:
         camera_actions.show_boards(bpy.context.scene)
         bpy.ops.wm.save_as_mainfile(filepath=bpy.path.abspath(wanted.blend))
     return [*camera_actions.summary(text), *camera_actions.warnings(text)]
+
+
+def track(wanted: argparse.Namespace) -> list[str]:
+    """What is to be said of tracks that were written."""
+    settings = track_actions.Settings(
+        camera=camera_actions.read_camera(wanted.camera) if wanted.camera else None,
+        method=wanted.method,
+        points=wanted.points,
+        window=wanted.window,
+    )
+    check_folder(str(Path(wanted.output).resolve().parent))
+    clip = footage.load(str(Path(wanted.clip).resolve()))
+    try:
+        source = footage.of_clip(clip)
+        source = source.part(wanted.frames[0] + 1, wanted.frames[1] + 1) if wanted.frames else source
+        text = wait(track_actions.tracked(source, settings))
+        lines = track_actions.save_text(wanted.output, text)
+        if wanted.blend:
+            track_actions.place(clip, text)
+            # Blender saves no clip that nothing uses.
+            bpy.context.scene.active_clip = clip
+            bpy.ops.wm.save_as_mainfile(filepath=bpy.path.abspath(wanted.blend))
+        return lines
+    finally:
+        bpy.data.movieclips.remove(clip)
+
+
+COMMANDS = {"reconstruct": reconstruct, "calibrate": calibrate, "track": track}

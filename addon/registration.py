@@ -37,11 +37,25 @@ from .reconstruct.panel import (
     draw_menu,
 )
 from .reconstruct.properties import FacewrightClip
+from .track.operators import (
+    FACEWRIGHT_OT_open_tracks,
+    FACEWRIGHT_OT_remove_tracks,
+    FACEWRIGHT_OT_save_tracks,
+    FACEWRIGHT_OT_track,
+)
+from .track.panel import (
+    FACEWRIGHT_PT_track,
+    FACEWRIGHT_PT_track_advanced,
+    FACEWRIGHT_PT_tracks,
+)
+from .track.panel import draw_clip_menu as draw_track_menu
+from .track.properties import FacewrightTrack
 
 CLASSES: tuple[type, ...] = (
     FacewrightBoardPicture,
     FacewrightCamera,
     FacewrightClip,
+    FacewrightTrack,
     FACEWRIGHT_OT_calibrate,
     FACEWRIGHT_OT_open_camera,
     FACEWRIGHT_OT_forget_camera,
@@ -54,6 +68,10 @@ CLASSES: tuple[type, ...] = (
     FACEWRIGHT_OT_set_clip_lens,
     FACEWRIGHT_OT_reconstruct,
     FACEWRIGHT_OT_expression,
+    FACEWRIGHT_OT_track,
+    FACEWRIGHT_OT_open_tracks,
+    FACEWRIGHT_OT_save_tracks,
+    FACEWRIGHT_OT_remove_tracks,
     FACEWRIGHT_UL_board_pictures,
     FACEWRIGHT_PT_camera,
     FACEWRIGHT_PT_board,
@@ -63,6 +81,9 @@ CLASSES: tuple[type, ...] = (
     FACEWRIGHT_PT_advanced,
     FACEWRIGHT_PT_report,
     FACEWRIGHT_PT_expressions,
+    FACEWRIGHT_PT_track,
+    FACEWRIGHT_PT_track_advanced,
+    FACEWRIGHT_PT_tracks,
 )
 
 
@@ -71,8 +92,10 @@ def register() -> None:
         bpy.utils.register_class(cls)
     bpy.types.Scene.facewright_camera = bpy.props.PointerProperty(type=FacewrightCamera)
     bpy.types.Scene.facewright_clip = bpy.props.PointerProperty(type=FacewrightClip)
+    bpy.types.Scene.facewright_track = bpy.props.PointerProperty(type=FacewrightTrack)
     bpy.types.VIEW3D_MT_mesh_add.append(draw_menu)
     bpy.types.CLIP_MT_clip.append(draw_clip_menu)
+    bpy.types.CLIP_MT_clip.append(draw_track_menu)
     following.register()
     cli.register()
 
@@ -80,8 +103,10 @@ def register() -> None:
 def unregister() -> None:
     cli.unregister()
     following.unregister()
+    bpy.types.CLIP_MT_clip.remove(draw_track_menu)
     bpy.types.CLIP_MT_clip.remove(draw_clip_menu)
     bpy.types.VIEW3D_MT_mesh_add.remove(draw_menu)
+    del bpy.types.Scene.facewright_track
     del bpy.types.Scene.facewright_clip
     del bpy.types.Scene.facewright_camera
     for cls in reversed(CLASSES):

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
+import facewright
 from facewright import Cancelled, FacewrightError, Job, Reconstruction
 from facewright import calibrate as _calibrate
 from facewright import check_folder as check_folder
@@ -25,6 +26,7 @@ __all__ = [
     "reconstruct",
     "save_board",
     "save_calibration_picture",
+    "track",
 ]
 
 Method = Literal["default", "paper"]
@@ -43,8 +45,13 @@ def reconstruct(
     method: Method,
     texture_size: int,
     interocular_mm: float | None,
+    tracks: str | None = None,
 ) -> Job[Reconstruction]:
-    """Start to reconstruct the head in image files or folders; `camera` is the text of a camera.json."""
+    """Start to reconstruct the head in image files or folders; `camera` is the text of a camera.json.
+
+    `tracks` is the text of a tracks.json that is used instead of tracking anew.
+    """
+    more = {"tracks": tracks} if tracks is not None else {}
     return _reconstruct(
         list(frames),
         assets=assets_folder(),
@@ -52,6 +59,21 @@ def reconstruct(
         method=method,
         texture_size=texture_size,
         interocular_mm=interocular_mm,
+        **more,
+    )
+
+
+def track(
+    frames: Sequence[str],
+    *,
+    camera: str | None,
+    method: Method,
+    points: int,
+    window: int | None,
+) -> Job[str]:
+    """Start to track a face in image files; `camera` is the text of a camera.json, the result that of a tracks.json."""
+    return facewright.track(
+        list(frames), assets=assets_folder(), camera=camera, method=method, points=points, window=window
     )
 
 

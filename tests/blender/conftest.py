@@ -70,4 +70,9 @@ def snapshot() -> dict[str, int]:
     )
     counts = {name: len(getattr(bpy.data, name)) for name in kinds}
     # Blender keeps one "Render Result" once anything was rendered; it is never saved.
-    return counts | {"images": sum(image.type != "RENDER_RESULT" for image in bpy.data.images)}
+    counts["images"] = sum(image.type != "RENDER_RESULT" for image in bpy.data.images)
+    faces = [face for clip in bpy.data.movieclips for face in clip.tracking.objects]
+    tracks = [track for face in faces for track in face.tracks]
+    counts |= {"tracking objects": len(faces), "tracks": len(tracks)}
+    counts |= {"markers": sum(len(track.markers) for track in tracks)}
+    return counts | {"clip properties": sum(len(clip.keys()) for clip in bpy.data.movieclips)}

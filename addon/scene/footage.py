@@ -1,0 +1,101 @@
+"""Frames of a movie clip: what they are called in a tracks.json, and how the clip's markers count them.
+
+A clip's own frames count from 1 and show the file from its frame offset on; the timeline is `frame_start` − 1 ahead.
+"""
+
+import os
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import bpy
+
+from ..engine import FacewrightError
+from . import video
+
+PICTURES = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp"}
+NUMBERED = re.compile(r"^(.*?)(\d+)(\D*)$")
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A frame: its name, its number in the clip, and in the file or the sequence, counted from 0."""
+
+    name: str
+    clip_frame: int
+    index: int
+
+
+@dataclass(frozen=True)
+class Footage:
+    """What a movie clip shows; `images` are the files of a sequence by the index, None for a video."""
+
+    clip: str
+    path: str
+    size: tuple[int, int]
+    frames: tuple[Shown, ...]
+    images: dict[int, str] | None
+
+    def part(self, first: int, last: int) -> "Footage":
+        """Only the clip's frames from the first to the last."""
+        if last < first:
+            raise FacewrightError("the last frame must come after the first")
+        frames = tuple(frame for frame in self.frames if first <= frame.clip_frame <= last)
+        if not frames:
+            raise FacewrightError(f"{self.clip} has nothing from frame {first} to {last}")
+        return replace(self, frames=frames)
+
+
+def of_clip(clip: bpy.types.MovieClip) -> Footage:
+    """The frames of a clip, whose file must be there."""
+    path = Path(bpy.path.abspath(clip.filepath))
+    if not path.exists():
+        raise FacewrightError(f"the file of {clip.name} does not exist: choose it again in the Clip editor")
+    width, height = clip.size
+    if width == 0 or clip.frame_duration == 0:
+        raise FacewrightError(f"{clip.name} cannot be read as a video or a picture")
+    indices = range(clip.frame_offset, clip.frame_offset + clip.frame_duration)
+    if clip.source == "SEQUENCE":
+        images = _images(path, indices)
+        names = {index: Path(file).stem for index, file in images.items()}
+    else:
+        images = None
+        names = {index: f"frame_{index:06d}" for index in indices if 0 <= index < clip.frame_duration}
+    frames = (Shown(name, index - clip.frame_offset + 1, index) for index, name in names.items())
+    return Footage(clip.name, str(path), (width, height), tuple(frames), images)
+
+
+def _images(path: Path, indices: range) -> dict[int, str]:
+    """The files of a sequence that begins with a path; a name without a number stands alone."""
+    digits = NUMBERED.match(path.stem)
+    if digits is None:
+        return {0: str(path)} if 0 in indices else {}
+    head, number, tail = digits[1], int(digits[2]), digits[3]
+    names = ((k, f"{head}{number + k:0{len(digits[2])}}{tail}{path.suffix}") for k in indices if number + k >= 0)
+    return {k: str(file) for k, name in names if (file := path.with_name(name)).exists()}
+
+
+def load(path: str) -> bpy.types.MovieClip:
+    """A new clip of a video, a folder of frames, or a frame of an image sequence."""
+    place = Path(path)
+    if not place.exists():
+        raise FacewrightError(f"{path} does not exist: choose the clip again")
+    if place.is_dir():
+        images = sorted(p for p in place.iterdir() if p.suffix.lower() in PICTURES)
+        if not images:
+            raise FacewrightError(f"{path} holds no frames: PNG, JPEG, TIFF, BMP or WebP")
+        place = images[0]
+    return bpy.data.movieclips.load(str(place))
+
+
+def shows(clip: bpy.types.MovieClip, path: str) -> bool:
+    """Whether a clip shows a video, a folder of frames, or the sequence that an image belongs to."""
+    mine, other = (Path(os.path.normpath(place)) for place in (bpy.path.abspath(clip.filepath), path))
+    if clip.source == "SEQUENCE" and not video.is_video(path):
+        return mine.parent == (other if other.is_dir() else other.parent)
+    return mine == other
+
+
+def clip_frame(clip: bpy.types.MovieClip, scene_frame: int) -> int:
+    """The clip's frame that the timeline shows."""
+    return scene_frame - clip.frame_start + 1

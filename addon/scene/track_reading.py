@@ -1,0 +1,81 @@
+"""The tracks of a face, read back from a movie clip as an artist left them."""
+
+import bpy
+import numpy as np
+
+from ..engine import FacewrightError
+from ..engine.tracks import REGIONS, Frame, Gap, Track, Tracks
+from . import markers, track_record
+from .face_tracks import MIN_WEIGHT, ClipTrack, face_object
+from .track_record import Mark
+
+# Of a marker that was set by hand, pixels.
+HAND_SIGMA_PX = 0.5
+BY_HAND = "disabled by hand"
+
+
+def collect(clip: bpy.types.MovieClip) -> Tracks:
+    """The tracks as they are in the clip now: edited, disabled, or added by the artist."""
+    face, record = face_object(clip), track_record.load(clip)
+    if face is None or record is None:
+        raise FacewrightError(f"{clip.name} has no tracks of a face: track the face first")
+    frames = tuple(Frame(row["name"], row["used"], row["reason"], row["cam_from_head"]) for row in record.frames)
+    tracks = Tracks(record.version, record.method, record.camera, frames, (), record.window)
+    index = {row["clip_frame"]: k for k, row in enumerate(record.frames)}
+    following = 1 + max((mark.id for mark in record.marks.values()), default=-1)
+    found = []
+    for track in face.tracks:
+        mark = record.marks.get(track.name)
+        read = _read(track, mark or _own(track, following), tracks.size, index)
+        if read is not None:
+            found.append(read)
+            following += mark is None
+    if not found:
+        raise FacewrightError(f"all markers of {face.name} in {clip.name} are disabled: track the face again")
+    return tracks.with_tracks(sorted(found, key=lambda track: track.id))
+
+
+def _own(track: ClipTrack, number: int) -> Mark:
+    """A track that the artist added: skin, unless its name tells another region; its first key is the reference."""
+    region = next((region for region in REGIONS if region in track.name.lower()), "skin")
+    keyed = (marker.frame for marker in track.markers if marker.is_keyed and not marker.mute)
+    return Mark(number, next(keyed, -1), region, 0, (), (), 1.0, 0)
+
+
+def _read(track: ClipTrack, mark: Mark, size: tuple[int, int], index: dict[int, int]) -> Track | None:
+    """A track as the library has it; None if it has no enabled marker in the frames, or no weight."""
+    read = markers.read(track, size)
+    known = read.enabled & np.isin(read.frames, list(index))
+    if not known.any() or track.weight <= 0.0:
+        return None
+    numbers = read.frames[known]
+    moved = read.keyed[known] & (numbers != mark.reference) & (markers.fingerprint(track) != mark.fingerprint)
+    sigmas = np.array([0.0 if hand else mark.sigma(n) for n, hand in zip(numbers.tolist(), moved)])
+    sigmas = np.where(sigmas > 0.0, sigmas, HAND_SIGMA_PX) * _trust(mark, track)
+    frames = np.array([index[n] for n in numbers.tolist()], np.int64)
+    # Frames of the clip ascend as those of the tracks do, unless these were made in another order.
+    order = np.argsort(frames)
+    frames = frames[order]
+    wanted = index.get(mark.reference, int(frames[0]))
+    reference = int(frames[np.abs(frames - wanted).argmin()])
+    gaps = _gaps(mark, set(numbers.tolist()), index)
+    return Track(mark.id, reference, mark.region, frames, read.points[known][order], sigmas[order], gaps)
+
+
+def _trust(mark: Mark, track: ClipTrack) -> float:
+    """By how much sigma grows when the artist lowers a track's weight."""
+    return 1.0 if track.weight == mark.weight else max(mark.weight, MIN_WEIGHT) / max(track.weight, MIN_WEIGHT)
+
+
+def _gaps(mark: Mark, seen: set[int], index: dict[int, int]) -> tuple[Gap, ...]:
+    """Runs of frames without a marker for which a reason is known."""
+    reasons = {n: gap.reason for gap in mark.gaps for n in range(gap.first, gap.last + 1)}
+    reasons |= {mark.first + k: BY_HAND for k, sigma in enumerate(mark.sigmas) if sigma > 0.0}
+    missing = sorted((index[n], reason) for n, reason in reasons.items() if n in index and n not in seen)
+    gaps: list[Gap] = []
+    for frame, reason in missing:
+        if gaps and gaps[-1].last == frame - 1 and gaps[-1].reason == reason:
+            gaps[-1] = Gap(gaps[-1].first, frame, reason)
+        else:
+            gaps.append(Gap(frame, frame, reason))
+    return tuple(gaps)

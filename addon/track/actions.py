@@ -1,0 +1,170 @@
+"""What tracking's buttons do."""
+
+from collections.abc import Generator
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from ..engine import FacewrightError, Method, track
+from ..engine.calibration import Camera
+from ..engine.calibration import parse as parse_camera
+from ..engine.files import write_text
+from ..engine.tracks import parse, to_text
+from ..jobs import Work, watch
+from ..scene import face_tracks, footage, track_reading, video
+from ..scene.face_tracks import Outcome
+from ..scene.footage import Footage
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to track; `camera` is the text of a camera.json, `window` the pattern's side in pixels."""
+
+    camera: str | None = None
+    method: Method = "default"
+    points: int = 200
+    window: int | None = None
+
+    @classmethod
+    def of(cls, settings: Any, camera: str) -> "Settings":
+        """What the panel says."""
+        window = settings.window | 1 if settings.use_window else None
+        return cls(camera or None, settings.method, settings.points, window)
+
+
+def shown(clip: Any, scene: Any) -> Footage:
+    """The frames of a clip that the panel asks for."""
+    settings, whole = scene.facewright_track, footage.of_clip(clip)
+    if settings.span == "CLIP":
+        return whole
+    first, last = settings.first, settings.last
+    if settings.span == "SCENE":
+        preview = scene.use_preview_range
+        first = scene.frame_preview_start if preview else scene.frame_start
+        last = scene.frame_preview_end if preview else scene.frame_end
+    return whole.part(footage.clip_frame(clip, first), footage.clip_frame(clip, last))
+
+
+def tracked(source: Footage, settings: Settings) -> Work[str]:
+    """Decode the clip if it is a video, then track; the result is the text of a tracks.json."""
+    if settings.camera:
+        complaint = camera_complaint(parse_camera(settings.camera).camera, source.clip, source.size)
+        if complaint:
+            raise FacewrightError(complaint)
+    if len(source.frames) < 2:
+        raise FacewrightError(f"{source.clip} has one frame only: tracking needs two and more")
+    return _tracked(source, settings)
+
+
+def camera_complaint(camera: Camera, clip: str, size: tuple[int, int]) -> str:
+    """What is wrong with a camera for a clip; empty if nothing."""
+    if (camera.width, camera.height) == size:
+        return ""
+    measured = f"{clip} is {size[0]} × {size[1]}, the camera was calibrated at {camera.width} × {camera.height}"
+    return f"{measured}: calibrate from pictures of the clip's size, or forget the camera"
+
+
+def camera_line(text: str, clip: Any) -> tuple[str, bool]:
+    """Which camera is used, for the panel, and whether it does not fit."""
+    try:
+        camera = parse_camera(text).camera if text else None
+    except FacewrightError as error:
+        return f"The camera cannot be used: {error}", True
+    if camera is None:
+        return "Not calibrated: the focal length is estimated", False
+    complaint = camera_complaint(camera, clip.name, (clip.size[0], clip.size[1]))
+    return complaint or f"Calibrated camera, focal {camera.fx:.1f} px", bool(complaint)
+
+
+def _tracked(source: Footage, settings: Settings) -> Work[str]:
+    folder: TemporaryDirectory[str] | None = None
+    try:
+        if source.images is None:
+            folder = yield from _decoded(source)
+            frames = [str(Path(folder.name) / f"{frame.name}.png") for frame in source.frames]
+        else:
+            frames = [source.images[frame.index] for frame in source.frames]
+        job = track(
+            frames,
+            camera=settings.camera,
+            method=settings.method,
+            points=settings.points,
+            window=settings.window,
+        )
+        return (yield from watch(job))
+    finally:
+        if folder is not None:
+            folder.cleanup()
+
+
+def _decoded(source: Footage) -> Generator[tuple[str, float], None, TemporaryDirectory[str]]:
+    return (yield from video.decode(source.path, [frame.index for frame in source.frames]))
+
+
+def place(clip: Any, text: str) -> str:
+    """Write the text of a tracks.json into a clip as markers; the message says what became of all tracks."""
+    tracks = parse(text)
+    whole = footage.of_clip(clip)
+    outcome = face_tracks.place(clip, tracks, whole)
+    used = sum(frame.used for frame in tracks.frames)
+    parts = [f"{outcome.written} tracks in {used} of {len(tracks.frames)} frames", *_kept(outcome)]
+    if outcome.doubled:
+        parts.append(f"{outcome.doubled} new ones left out where kept ones are")
+    if outcome.aside:
+        parts.append(f"{outcome.aside} stays for its plane tracks")
+    return "; ".join(parts)
+
+
+def _kept(outcome: Outcome) -> list[str]:
+    kinds = ((outcome.own, "your own"), (outcome.locked, "locked"), (outcome.edited, "edited"))
+    kept = [f"{count} {kind}" for count, kind in kinds if count]
+    return [f"kept: {', '.join(kept)}"] if kept else []
+
+
+def read(clip: Any) -> str:
+    """The text of a tracks.json of the markers as they are in the clip now."""
+    return to_text(track_reading.collect(clip))
+
+
+def save(path: str, clip: Any) -> str:
+    """Write a tracks.json of the markers as they are now; gives the message."""
+    tracks = track_reading.collect(clip)
+    write_text(path, to_text(tracks))
+    return f"{path} saved with {len(tracks.tracks)} tracks"
+
+
+def open_file(path: str, clip: Any) -> str:
+    """Write the tracks of a file into a clip; gives the message."""
+    try:
+        text = Path(path).read_text(encoding="utf-8")
+        parse(text)
+    except (OSError, ValueError, FacewrightError) as error:
+        raise FacewrightError(f"{path} is no tracks file: {error}") from error
+    return place(clip, text)
+
+
+def remove(clip: Any) -> str:
+    """Take our tracks out of a clip; gives the message."""
+    outcome = face_tracks.remove(clip)
+    return "; ".join([f"{outcome.written} tracks removed", *_kept(outcome)])
+
+
+def summary(clip: Any) -> list[str]:
+    """The face's tracks of a clip in a line or two, for the panel; empty without any."""
+    counted = face_tracks.counts(clip)
+    if counted is None:
+        return []
+    ours, own, locked = counted
+    more = [f"{count} {kind}" for count, kind in ((own, "of your own"), (locked, "locked")) if count]
+    return [f"{ours} tracks of the face", *([", ".join(more)] if more else [])]
+
+
+def save_text(path: str, text: str) -> list[str]:
+    """Write the text of a tracks.json; gives what is to be said of it."""
+    tracks = parse(text)
+    write_text(path, text)
+    used = sum(frame.used for frame in tracks.frames)
+    lengths = sum(len(track.frames) for track in tracks.tracks) / max(len(tracks.tracks), 1)
+    lines = [f"{len(tracks.tracks)} tracks of {lengths:.0f} frames in {used} of {len(tracks.frames)} frames"]
+    return [*lines, *(f"{frame.name}: {frame.reason}" for frame in tracks.frames if not frame.used)]
