@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from ..engine import FacewrightError, Method, Reconstruction, check_folder, reconstruct
+from ..engine.tracks import to_text
 from ..jobs import Work, watch
-from ..scene import video
+from ..scene import face_tracks, track_reading, video
+from ..scene.footage import PICTURES
 
-PICTURES = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp"}
+NO_MARKERS = "no movie clip of this file has the face's tracks: track the face in the Clip editor"
 
 
 @dataclass(frozen=True)
@@ -22,13 +24,14 @@ class Source:
 
 @dataclass(frozen=True)
 class Settings:
-    """How to reconstruct; `camera` is the text of a camera.json, `output` a folder that will hold the files."""
+    """How to reconstruct; texts of a camera.json and a tracks.json; `output` is a folder that will hold the files."""
 
     camera: str | None = None
     method: Method = "default"
     texture_size: int = 2048
     interocular_mm: float | None = None
     output: str | None = None
+    tracks: str | None = None
 
 
 def reconstructed(source: Source, settings: Settings) -> Work[Reconstruction]:
@@ -63,6 +66,7 @@ def _reconstructed(source: Source, settings: Settings) -> Work[Reconstruction]:
             method=settings.method,
             texture_size=settings.texture_size,
             interocular_mm=settings.interocular_mm,
+            tracks=settings.tracks,
         )
         return (yield from watch(job))
     finally:
@@ -89,6 +93,24 @@ def _images(source: Source) -> list[str]:
     if source.span is not None:
         images = images[source.span[0] : source.span[1] + 1]
     return images
+
+
+def markers_complaint(path: str) -> str:
+    """Why the markers of a clip cannot be used; empty if they can."""
+    return "" if path and face_tracks.of_file(path) is not None else NO_MARKERS
+
+
+def any_markers() -> bool:
+    """Whether any movie clip has a face's tracks."""
+    return face_tracks.anywhere()
+
+
+def markers(path: str) -> str:
+    """The text of a tracks.json of the markers of a clip, as they are now."""
+    clip = face_tracks.of_file(path)
+    if clip is None:
+        raise FacewrightError(f"{NO_MARKERS}, or turn Use Markers off")
+    return to_text(track_reading.collect(clip))
 
 
 def report_lines(text: str) -> list[str]:

@@ -51,6 +51,19 @@ class FACEWRIGHT_PT_advanced(Side, bpy.types.Panel):
         value.active = clip.use_interocular
         value.prop(clip, "interocular_mm", text="")
         layout.prop(clip, "output", placeholder="Optional")
+        self.draw_markers(context)
+
+    def draw_markers(self, context: bpy.types.Context) -> None:
+        """The choice is shown where a clip has markers, and stays in reach while it is on."""
+        layout, clip = self.layout, context.scene.facewright_clip
+        if not (clip.use_markers or actions.any_markers()):
+            return
+        complaint = actions.markers_complaint(bpy.path.abspath(clip.path))
+        row = layout.row()
+        row.active = not complaint
+        row.prop(clip, "use_markers")
+        if complaint:
+            draw_text(layout, context, complaint[:1].upper() + complaint[1:], icon="INFO")
 
 
 class FACEWRIGHT_PT_report(Side, bpy.types.Panel):

@@ -32,6 +32,11 @@ class FacewrightClip(bpy.types.PropertyGroup):
     interocular_mm: bpy.props.FloatProperty(
         name="Eye Distance", description="Distance between the pupils, millimetres", default=63.0, min=40.0, max=90.0
     )
+    use_markers: bpy.props.BoolProperty(
+        name="Use Markers",
+        description="Use the face's tracks as they are in the Clip editor instead of tracking anew",
+        default=False,
+    )
     output: bpy.props.StringProperty(
         name="Result Folder",
         description="Also write head.glb, texture.png, eyes.png and report.json here",
