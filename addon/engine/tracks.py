@@ -2,6 +2,7 @@
 
 import json
 from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,8 +17,6 @@ METHODS = ("default", "paper")
 
 # Decimals that are written: what single precision keeps of a pixel.
 DECIMALS = 5
-# As the library chooses a tracker's window: of the distance between the eyes, within limits.
-EYES_M, PATCH, WINDOWS_PX = 0.063, 0.22, (7, 31)
 
 
 @dataclass(frozen=True)
@@ -57,31 +56,32 @@ class Track:
 
 @dataclass(frozen=True, eq=False)
 class Tracks:
-    """All of a tracks.json. `camera` is as in a camera.json; `window` is the tracker's, pixels, when it is told."""
+    """All of a tracks.json. `camera` is as in a camera.json, `window` the side of the tracker's, pixels."""
 
     version: str
     method: str
     camera: dict[str, Any]
+    window: int
     frames: tuple[Frame, ...]
     tracks: tuple[Track, ...]
-    window: int | None = None
 
     @property
     def size(self) -> tuple[int, int]:
         """Width and height of the pictures."""
         return self.camera["width"], self.camera["height"]
 
-    def window_px(self, frame: int) -> int:
-        """Side of the tracker's window around points of a frame: the one that is told, or the library's choice."""
-        pose = self.frames[frame].cam_from_head
-        if self.window is not None or pose is None or not pose[2][3] > 0.0:
-            return self.window or WINDOWS_PX[1]
-        wanted = round(PATCH * EYES_M * self.camera["fx"] / pose[2][3]) | 1
-        return int(np.clip(wanted, *WINDOWS_PX))
-
     def with_tracks(self, tracks: list[Track]) -> "Tracks":
         """The same frames with other tracks."""
         return replace(self, tracks=tuple(tracks))
+
+    def of_frames(self, names: Sequence[str]) -> "Tracks":
+        """As they concern other frames of the same clip, known by their names; some may not have been tracked."""
+        rows = {frame.name: frame for frame in self.frames}
+        frames = tuple(rows.get(name) or Frame(name, False, "not tracked", None) for name in names)
+        places = {name: k for k, name in enumerate(names)}
+        index = np.array([places.get(frame.name, -1) for frame in self.frames], np.int64)
+        moved = [moved for track in self.tracks if (moved := _moved(track, index)) is not None]
+        return replace(self, frames=frames, tracks=tuple(moved))
 
 
 def parse(text: str) -> Tracks:
@@ -101,10 +101,36 @@ def parse(text: str) -> Tracks:
     _once([frame.name for frame in frames], "frame")
     tracks = tuple(_track(row, k, len(frames)) for k, row in enumerate(_need(content, "tracks", list)))
     _once([track.id for track in tracks], "track")
-    window = _need(content, "window", int) if content.get("window") is not None else None
-    if window is not None and window < 3:
+    window = _need(content, "window", int)
+    if window < 1:
         raise FacewrightError(f"its window is {window} pixels, which no tracker has")
-    return Tracks(version, method, camera, frames, tracks, window)
+    return Tracks(version, method, camera, window, frames, tracks)
+
+
+def _moved(track: Track, index: NDArray[np.int64]) -> Track | None:
+    """A track with frames of other numbers, −1 for one that is gone; None if it is seen in none."""
+    frames = index[track.frames]
+    order = np.argsort(frames)
+    order = order[frames[order] >= 0]
+    if len(order) == 0:
+        return None
+    frames, wanted = frames[order], index[track.reference]
+    reference = int(frames[np.abs(frames - wanted).argmin()] if wanted >= 0 else frames[0])
+    missing = [(int(index[k]), gap.reason) for gap in track.gaps for k in range(gap.first, gap.last + 1)]
+    gaps = runs((frame, reason) for frame, reason in missing if frame >= 0)
+    points, sigmas = track.points[order], track.sigmas[order]
+    return replace(track, reference=reference, frames=frames, points=points, sigmas=sigmas, gaps=gaps)
+
+
+def runs(missing: Iterable[tuple[int, str]]) -> tuple[Gap, ...]:
+    """Gaps of single frames with their reasons, joined where they touch."""
+    gaps: list[Gap] = []
+    for frame, reason in sorted(missing):
+        if gaps and gaps[-1].last == frame - 1 and gaps[-1].reason == reason:
+            gaps[-1] = replace(gaps[-1], last=frame)
+        else:
+            gaps.append(Gap(frame, frame, reason))
+    return tuple(gaps)
 
 
 def to_text(tracks: Tracks) -> str:
@@ -116,11 +142,10 @@ def to_text(tracks: Tracks) -> str:
         "version": tracks.version,
         "method": tracks.method,
         "camera": tracks.camera,
+        "window": tracks.window,
         "frames": [frame.__dict__ | {"points": int(n)} for frame, n in zip(tracks.frames, points)],
         "tracks": [_row(track) for track in tracks.tracks],
     }
-    if tracks.window is not None:
-        content["window"] = tracks.window
     return json.dumps(content, ensure_ascii=False, separators=(",", ":")) + "\n"
 
 

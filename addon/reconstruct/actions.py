@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ..engine import FacewrightError, Method, Reconstruction, check_folder, reconstruct
-from ..engine.tracks import to_text
+from ..engine.tracks import parse, to_text
 from ..jobs import Work, watch
 from ..scene import face_tracks, track_reading, video
 from ..scene.footage import PICTURES
@@ -56,22 +56,32 @@ def _reconstructed(source: Source, settings: Settings) -> Work[Reconstruction]:
     folder = None
     try:
         if video.is_video(source.path):
-            folder = yield from video.decode(source.path, _numbers(source))
-            frames = [folder.name]
+            numbers = _numbers(source)
+            folder = yield from video.decode(source.path, numbers)
+            frames, names = [folder.name], [video.frame_name(number) for number in numbers]
         else:
             frames = _images(source)
+            names = [Path(frame).stem for frame in frames]
         job = reconstruct(
             frames,
             camera=settings.camera,
             method=settings.method,
             texture_size=settings.texture_size,
             interocular_mm=settings.interocular_mm,
-            tracks=settings.tracks,
+            tracks=_tracks(settings.tracks, names) if settings.tracks else None,
         )
         return (yield from watch(job))
     finally:
         if folder is not None:
             folder.cleanup()
+
+
+def _tracks(text: str, names: list[str]) -> str:
+    """Tracks as they concern the frames that are used."""
+    tracks = parse(text).of_frames(names)
+    if not tracks.tracks:
+        raise FacewrightError("the markers are in none of these frames: use other frames, or turn Use Markers off")
+    return to_text(tracks)
 
 
 def _numbers(source: Source) -> range:
@@ -95,8 +105,10 @@ def _images(source: Source) -> list[str]:
     return images
 
 
-def markers_complaint(path: str) -> str:
+def markers_complaint(path: str, method: Method) -> str:
     """Why the markers of a clip cannot be used; empty if they can."""
+    if method != "default":
+        return "the method Paper tracks in its own way: choose Default to use markers"
     return "" if path and face_tracks.of_file(path) is not None else NO_MARKERS
 
 

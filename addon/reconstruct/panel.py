@@ -58,7 +58,7 @@ class FACEWRIGHT_PT_advanced(Side, bpy.types.Panel):
         layout, clip = self.layout, context.scene.facewright_clip
         if not (clip.use_markers or actions.any_markers()):
             return
-        complaint = actions.markers_complaint(bpy.path.abspath(clip.path))
+        complaint = actions.markers_complaint(bpy.path.abspath(clip.path), clip.method)
         row = layout.row()
         row.active = not complaint
         row.prop(clip, "use_markers")

@@ -6,6 +6,7 @@ delete a track, so the tracking object is made anew with what is kept, under the
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import bpy
 import numpy as np
@@ -98,7 +99,7 @@ def place(clip: bpy.types.MovieClip, tracks: Tracks, footage: Footage) -> Outcom
     for track, weight in zip(fresh, _weights(fresh)):
         written = _write(face, track, tracks, numbers, weight, clip.frame_duration)
         marks[written.name] = _mark(track, numbers, written)
-    rows = tuple(frame.__dict__ | {"clip_frame": n} for frame, n in zip(tracks.frames, numbers.tolist()))
+    rows = _rows(tracks, numbers, footage)
     new = Record(face.name, tracks.version, tracks.method, tracks.camera, tracks.window, rows, marks)
     track_record.store(clip, new)
     doubled = len(tracks.tracks) - len(fresh)
@@ -117,6 +118,13 @@ def clip_frames(tracks: Tracks, footage: Footage) -> NDArray[np.int64]:
         counted = f"the tracks have {len(tracks.frames)} frames, {footage.clip} has {len(footage.frames)}"
         raise FacewrightError(f"{counted} with other names: another clip")
     return np.array([frame.clip_frame for frame in footage.frames], np.int64)
+
+
+def _rows(tracks: Tracks, numbers: NDArray[np.int64], footage: Footage) -> tuple[dict[str, Any], ...]:
+    """The frames for the record, with the clip's own names."""
+    names = {frame.clip_frame: frame.name for frame in footage.frames}
+    pairs = zip(tracks.frames, numbers.tolist())
+    return tuple(frame.__dict__ | {"name": names[number], "clip_frame": number} for frame, number in pairs)
 
 
 def _kept(face: TrackingObject, record: Record) -> Kept:
@@ -140,7 +148,7 @@ def _without_doubles(tracks: Tracks, numbers: NDArray[np.int64], kept: list[mark
         known = [(index[n], point) for n, point in zip(track.frames.tolist(), track.points) if n in index]
         for k, point in known:
             row[k] = point
-    return [track for track in tracks.tracks if not _is_double(track, places, tracks.window_px(track.reference))]
+    return [track for track in tracks.tracks if not _is_double(track, places, tracks.window)]
 
 
 def _is_double(track: Track, places: NDArray[np.float64], window: int) -> bool:
@@ -201,8 +209,7 @@ def _rebuilt(
 def _write(
     face: TrackingObject, track: Track, tracks: Tracks, numbers: NDArray[np.int64], weight: float, last: int
 ) -> ClipTrack:
-    window = tracks.window_px(track.reference)
-    look = markers.Look(int(numbers[track.reference]), window, COLORS[track.region], float(weight))
+    look = markers.Look(int(numbers[track.reference]), tracks.window, COLORS[track.region], float(weight))
     name = name_of(track.region, track.id)
     return markers.write(face, name, numbers[track.frames], track.points, look, tracks.size, last)
 

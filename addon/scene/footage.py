@@ -60,7 +60,7 @@ def of_clip(clip: bpy.types.MovieClip) -> Footage:
         names = {index: Path(file).stem for index, file in images.items()}
     else:
         images = None
-        names = {index: f"frame_{index:06d}" for index in indices if 0 <= index < clip.frame_duration}
+        names = {index: video.frame_name(index) for index in indices if 0 <= index < clip.frame_duration}
     frames = (Shown(name, index - clip.frame_offset + 1, index) for index, name in names.items())
     return Footage(clip.name, str(path), (width, height), tuple(frames), images)
 

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 
 from ..engine import FacewrightError
-from ..engine.tracks import REGIONS, Frame, Gap, Track, Tracks
+from ..engine.tracks import REGIONS, Frame, Gap, Track, Tracks, runs
 from . import markers, track_record
 from .face_tracks import MIN_WEIGHT, ClipTrack, face_object
 from .track_record import Mark
@@ -20,7 +20,7 @@ def collect(clip: bpy.types.MovieClip) -> Tracks:
     if face is None or record is None:
         raise FacewrightError(f"{clip.name} has no tracks of a face: track the face first")
     frames = tuple(Frame(row["name"], row["used"], row["reason"], row["cam_from_head"]) for row in record.frames)
-    tracks = Tracks(record.version, record.method, record.camera, frames, (), record.window)
+    tracks = Tracks(record.version, record.method, record.camera, record.window, frames, ())
     index = {row["clip_frame"]: k for k, row in enumerate(record.frames)}
     following = 1 + max((mark.id for mark in record.marks.values()), default=-1)
     found = []
@@ -71,11 +71,4 @@ def _gaps(mark: Mark, seen: set[int], index: dict[int, int]) -> tuple[Gap, ...]:
     """Runs of frames without a marker for which a reason is known."""
     reasons = {n: gap.reason for gap in mark.gaps for n in range(gap.first, gap.last + 1)}
     reasons |= {mark.first + k: BY_HAND for k, sigma in enumerate(mark.sigmas) if sigma > 0.0}
-    missing = sorted((index[n], reason) for n, reason in reasons.items() if n in index and n not in seen)
-    gaps: list[Gap] = []
-    for frame, reason in missing:
-        if gaps and gaps[-1].last == frame - 1 and gaps[-1].reason == reason:
-            gaps[-1] = Gap(gaps[-1].first, frame, reason)
-        else:
-            gaps.append(Gap(frame, frame, reason))
-    return tuple(gaps)
+    return runs((index[n], reason) for n, reason in reasons.items() if n in index and n not in seen)

@@ -42,7 +42,7 @@ class Record:
     version: str
     method: str
     camera: dict[str, Any]
-    window: int | None
+    window: int
     frames: tuple[dict[str, Any], ...]
     marks: dict[str, Mark] = field(default_factory=dict)
 

@@ -1,6 +1,6 @@
 """Frames of a video by Blender's own sequencer, without touching the artist's scene.
 
-Frames are named `frame_NNNNNN` by their number in the clip, counted from 0.
+Frames have the names of `frame_name`.
 """
 
 import re
@@ -25,6 +25,11 @@ def frame_count(path: str) -> int:
         return clip.frame_duration if clip.size[0] > 0 else 0
     finally:
         bpy.data.movieclips.remove(clip)
+
+
+def frame_name(number: int) -> str:
+    """Name of a frame by its number in the clip, counted from 0."""
+    return f"frame_{number:06d}"
 
 
 def clip_files(clip: bpy.types.MovieClip) -> list[str]:
@@ -63,7 +68,7 @@ def _write(scene: bpy.types.Scene, number: int, folder: Path) -> None:
     scene.frame_start = scene.frame_end = number + 1
     scene.render.filepath = str(folder / "scene_######")
     bpy.ops.render.render(animation=True, scene=scene.name)
-    (folder / f"scene_{number + 1:06d}.png").rename(folder / f"frame_{number:06d}.png")
+    (folder / f"scene_{number + 1:06d}.png").rename(folder / f"{frame_name(number)}.png")
 
 
 def _set_up(scene: bpy.types.Scene, path: str) -> None:

@@ -55,13 +55,18 @@ def content() -> Content:
         frames[frame]["points"] = 1
     track = {"id": 4, "reference": 2, "region": "mouth", "observations": rows, "gaps": [[3, 4, "turned away"]]}
     camera = {"width": 640, "height": 480, "fx": 700.0, "fy": 700.0, "cx": 319.5, "cy": 239.5, "source": "exif"}
-    return {"version": "0.1.0", "method": "default", "camera": camera, "frames": frames, "tracks": [track]}
+    return {
+        "version": "0.1.0",
+        "method": "default",
+        "camera": camera,
+        "window": 15,
+        "frames": frames,
+        "tracks": [track],
+    }
 
 
 def test_what_is_read_is_written_again(engine: ModuleType) -> None:
     assert json.loads(engine.to_text(engine.parse(json.dumps(content())))) == content()
-    told = content() | {"window": 15}
-    assert json.loads(engine.to_text(engine.parse(json.dumps(told)))) == told
 
 
 def test_the_points_of_frames_are_counted(engine: ModuleType) -> None:
@@ -69,12 +74,29 @@ def test_the_points_of_frames_are_counted(engine: ModuleType) -> None:
     assert [frame["points"] for frame in json.loads(engine.to_text(tracks.with_tracks([])))["frames"]] == [0] * 6
 
 
-def test_without_a_window_the_librarys_choice_is_told(engine: ModuleType) -> None:
-    tracks = engine.parse(json.dumps(content()))
-    # Eyes 63 mm apart, 0.6 m away, are 73.5 pixels apart; the window is 0.22 of that, odd.
-    assert tracks.window_px(0) == 17
-    assert tracks.window_px(3) == 31, "no pose, the largest"
-    assert engine.parse(json.dumps(content() | {"window": 9})).window_px(0) == 9
+def of_frames(engine: ModuleType, names: list[str]) -> Content:
+    return json.loads(engine.to_text(engine.parse(json.dumps(content())).of_frames(names)))
+
+
+def test_of_a_part_of_the_frames_the_numbers_follow(engine: ModuleType) -> None:
+    part = of_frames(engine, ["frame_2", "frame_4", "other", "frame_5"])
+    assert [frame["name"] for frame in part["frames"]] == ["frame_2", "frame_4", "other", "frame_5"]
+    assert part["frames"][2] | {"reason": ""} == {
+        "name": "other",
+        "used": False,
+        "reason": "",
+        "cam_from_head": None,
+        "points": 0,
+    }
+    (track,) = part["tracks"]
+    assert track["observations"] == [[0, 11.0, 21.0, 0.2], [3, 12.0, 22.0, 0.15]]
+    assert track["reference"] == 0 and track["gaps"] == [[1, 1, "turned away"]]
+    assert of_frames(engine, [f"frame_{k}" for k in range(6)]) == content()
+
+
+def test_a_track_that_is_in_none_of_the_frames_is_left_out(engine: ModuleType) -> None:
+    assert of_frames(engine, ["frame_0", "frame_3"])["tracks"] == []
+    assert of_frames(engine, ["frame_5", "frame_0"])["tracks"][0]["reference"] == 0
 
 
 def track_with(**more: Any) -> Callable[[Content], None]:
@@ -117,6 +139,7 @@ BROKEN: dict[str, tuple[Callable[[Content], None], str]] = {
     "a gap where it is seen": (track_with(gaps=[[2, 3, ""]]), "seen within its gap 2 to 3"),
     "a gap backwards": (track_with(gaps=[[4, 3, ""]]), "a gap outside"),
     "a gap without a reason": (track_with(gaps=[[3, 4]]), "not of the form first, last, reason"),
+    "no window": (lambda whole: whole.pop("window"), "it has no window"),
     "a window of nothing": (lambda whole: whole.update(window=0), "its window is 0"),
 }
 
