@@ -256,6 +256,29 @@ def test_a_disabled_marker_is_a_gap_with_its_reason(tracked: bpy.types.MovieClip
     assert 5 not in by_id(read(tracked)), "a track without an enabled marker is left out"
 
 
+def test_a_marker_that_is_dragged_in_the_editor_counts_as_set_by_hand(tracked: bpy.types.MovieClip) -> None:
+    """By Blender's own transformation, which marks what it moves as keyed."""
+    before = by_id(read(tracked))[0]
+    frame, u, v, _ = before["observations"][4]
+    track = tracked.tracking.objects["Face"].tracks["FW skin 0000"]
+    track.select = True
+    bpy.context.scene.frame_set(frame + 1)
+    in_editor(tracked, lambda: bpy.ops.transform.translate(value=(0.01, 0.02, 0.0)))
+    after = by_id(read(tracked))[0]["observations"][4]
+    assert after[3] == 0.5 and np.hypot(after[1] - u, after[2] - v) > 1.0
+    assert "1 edited" in place(tracked, made_up(seed=5))
+
+
+def test_constraints_stay_on_the_tracking_object(tracked: bpy.types.MovieClip) -> None:
+    follower = bpy.data.objects.new("Follower", None)
+    bpy.context.scene.collection.objects.link(follower)
+    constraint = follower.constraints.new("FOLLOW_TRACK")
+    constraint.use_active_clip, constraint.clip = False, tracked
+    constraint.object, constraint.track = "Face", "FW skin 0004"
+    place(tracked, made_up())
+    assert (constraint.object, constraint.track) == ("Face", "FW skin 0004")
+
+
 def test_a_marker_in_a_gap_fills_it(tracked: bpy.types.MovieClip) -> None:
     before = by_id(read(tracked))[2]
     first, last, reason = before["gaps"][0]
@@ -368,6 +391,7 @@ def in_editor(clip: bpy.types.MovieClip, work: Callable[[], Any]) -> Any:
     area = window.screen.areas[0]
     area.type = "CLIP_EDITOR"
     area.spaces.active.clip = clip
+    area.spaces.active.clip_user.frame_current = bpy.context.scene.frame_current
     region = next(region for region in area.regions if region.type == "WINDOW")
     with bpy.context.temp_override(window=window, area=area, region=region):
         return work()
