@@ -89,7 +89,11 @@ def anywhere() -> bool:
 
 def place(clip: bpy.types.MovieClip, tracks: Tracks, footage: Footage) -> Outcome:
     """Write tracks into a clip; those that an earlier run wrote are replaced."""
+    check_local(clip)
     numbers = clip_frames(tracks, footage)
+    if (np.diff(numbers) <= 0).any():
+        order = np.argsort(numbers)
+        tracks, numbers = tracks.of_frames([tracks.frames[k].name for k in order]), numbers[order]
     old, record = face_object(clip), track_record.load(clip)
     kept = _kept(old, record) if old is not None and record is not None else Kept([], [], [])
     marks = {t.name: record.marks[t.name] for t in (*kept.locked, *kept.edited)} if record is not None else {}
@@ -104,6 +108,12 @@ def place(clip: bpy.types.MovieClip, tracks: Tracks, footage: Footage) -> Outcom
     track_record.store(clip, new)
     doubled = len(tracks.tracks) - len(fresh)
     return Outcome(len(fresh), len(kept.own), len(kept.locked), len(kept.edited), doubled, aside)
+
+
+def check_local(clip: bpy.types.MovieClip) -> None:
+    """Refuse a clip that cannot be changed."""
+    if clip.library is not None:
+        raise FacewrightError(f"{clip.name} is linked from another file: make it local first")
 
 
 def clip_frames(tracks: Tracks, footage: Footage) -> NDArray[np.int64]:
@@ -233,6 +243,7 @@ def _mark(track: Track, numbers: NDArray[np.int64], written: ClipTrack) -> Mark:
 
 def remove(clip: bpy.types.MovieClip) -> Outcome:
     """Take our tracks out of a clip; the artist's own and those that he locked stay."""
+    check_local(clip)
     face, record = face_object(clip), track_record.load(clip)
     if face is None or record is None:
         raise FacewrightError(f"{clip.name} has no tracks of a face")

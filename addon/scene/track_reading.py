@@ -53,13 +53,10 @@ def _read(track: ClipTrack, mark: Mark, size: tuple[int, int], index: dict[int, 
     sigmas = np.array([0.0 if hand else mark.sigma(n) for n, hand in zip(numbers.tolist(), moved)])
     sigmas = np.where(sigmas > 0.0, sigmas, HAND_SIGMA_PX) * _trust(mark, track)
     frames = np.array([index[n] for n in numbers.tolist()], np.int64)
-    # Frames of the clip ascend as those of the tracks do, unless these were made in another order.
-    order = np.argsort(frames)
-    frames = frames[order]
     wanted = index.get(mark.reference, int(frames[0]))
     reference = int(frames[np.abs(frames - wanted).argmin()])
     gaps = _gaps(mark, set(numbers.tolist()), index)
-    return Track(mark.id, reference, mark.region, frames, read.points[known][order], sigmas[order], gaps)
+    return Track(mark.id, reference, mark.region, frames, read.points[known], sigmas, gaps)
 
 
 def _trust(mark: Mark, track: ClipTrack) -> float:

@@ -35,6 +35,7 @@ class Settings:
 
 def shown(clip: Any, scene: Any) -> Footage:
     """The frames of a clip that the panel asks for."""
+    face_tracks.check_local(clip)
     settings, whole = scene.facewright_track, footage.of_clip(clip)
     if settings.span == "CLIP":
         return whole

@@ -18,7 +18,8 @@ class ClipOperator:
         """The clip that is named, or that of the editor."""
         clip = bpy.data.movieclips.get(self.clip) if self.clip else clip_of(context)
         if clip is None:
-            raise FacewrightError(f"there is no movie clip {self.clip}" if self.clip else "open a movie clip first")
+            none = f"there is no movie clip {self.clip}" if self.clip else "no movie clip is shown"
+            raise FacewrightError(f"{none}: open it in the Clip editor")
         return clip
 
 

@@ -457,6 +457,29 @@ def test_tracks_of_frames_with_other_names_are_taken_by_their_order(clip: bpy.ty
     assert back["tracks"][3]["gaps"] == tracks["tracks"][3]["gaps"]
 
 
+def test_tracks_of_frames_in_another_order_are_put_in_the_clips(clip: bpy.types.MovieClip) -> None:
+    tracks = made_up(names=NAMES[::-1])
+    place(clip, tracks)
+    back = read(clip)
+    assert [frame["name"] for frame in back["frames"]] == NAMES
+    for mine, theirs in zip(back["tracks"], tracks["tracks"], strict=True):
+        turned = [[20 - frame, *rest] for frame, *rest in theirs["observations"]][::-1]
+        assert np.allclose(mine["observations"], turned, rtol=0.0, atol=1e-4)
+
+
+def test_a_linked_clip_is_refused(tmp_path: Path, tracked: bpy.types.MovieClip) -> None:
+    bpy.context.scene.active_clip = tracked
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    bpy.ops.wm.read_homefile(use_empty=True)
+    with bpy.data.libraries.load(str(tmp_path / "scene.blend"), link=True) as (there, here):
+        here.movieclips = there.movieclips
+    before = snapshot()
+    for button in (bpy.ops.facewright.track, bpy.ops.facewright.remove_tracks):
+        with pytest.raises(RuntimeError, match="linked from another file"):
+            button()
+    assert snapshot() == before
+
+
 def changed(**more: Any) -> str:
     return json.dumps(made_up() | more)
 
@@ -547,6 +570,17 @@ def test_greyed_buttons(addon: ModuleType) -> None:
     assert not operators.save_tracks.poll() and not operators.remove_tracks.poll()
     place(clip, made_up())
     assert operators.save_tracks.poll() and operators.remove_tracks.poll()
+
+
+def test_in_the_editor_its_clip_is_used(tracked: bpy.types.MovieClip, library: Any) -> None:
+    library()
+    other = bpy.data.movieclips.load(str(CLIP / "frames/frame_03.jpg"))
+    with pytest.raises(RuntimeError, match="no movie clip is shown"):
+        bpy.ops.facewright.track()
+    panel, tracks = bpy.types.FACEWRIGHT_PT_tracks, bpy.ops.facewright.save_tracks
+    assert in_editor(other, lambda: panel.poll(bpy.context) and not tracks.poll())
+    assert in_editor(other, bpy.ops.facewright.track) == {"FINISHED"}
+    assert in_editor(other, tracks.poll) and len(read(other)["frames"]) == 18
 
 
 def test_a_video_is_decoded_and_its_frames_have_their_numbers(tmp_path: Path, library: Any) -> None:
