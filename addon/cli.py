@@ -67,7 +67,7 @@ def track_arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--blend", help="save the scene with the clip and its markers here")
     command.add_argument("--camera", help="camera.json of a calibrated camera")
     command.add_argument("--method", choices=["default", "paper"], default="default")
-    command.add_argument("--points", type=int, default=200, help="how many points (default: 200)")
+    command.add_argument("--points", type=int, default=200, help="points wanted in a frame of reference (default: 200)")
     command.add_argument("--window", type=int, help="side of the pattern, pixels (default: fits the face)")
     command.add_argument("--frames", type=span, help="first and last frame, counted from 0: 480-660")
 

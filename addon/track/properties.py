@@ -19,7 +19,12 @@ class FacewrightTrack(bpy.types.PropertyGroup):
     first: bpy.props.IntProperty(name="First", description="First frame, as on the timeline", default=1)
     last: bpy.props.IntProperty(name="Last", description="Last frame, as on the timeline", default=250)
     points: bpy.props.IntProperty(
-        name="Points", description="How many points of the face to track", default=200, min=8, soft_max=1000
+        name="Points",
+        description="How many points are wanted in each of the frames in which points of the face are chosen",
+        default=200,
+        min=8,
+        max=5000,
+        soft_max=1000,
     )
     method: bpy.props.EnumProperty(
         name="Method",
