@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
-import facewright
 from facewright import Cancelled, FacewrightError, Job, Reconstruction
 from facewright import calibrate as _calibrate
 from facewright import check_folder as check_folder
@@ -13,6 +12,7 @@ from facewright import generic_head as _generic_head
 from facewright import reconstruct as _reconstruct
 from facewright import save_board as _save_board
 from facewright import save_calibration_picture as save_calibration_picture
+from facewright import track as _track
 
 __all__ = [
     "Cancelled",
@@ -51,7 +51,6 @@ def reconstruct(
 
     `tracks` is the text of a tracks.json that is used instead of tracking anew.
     """
-    more = {"tracks": tracks} if tracks is not None else {}
     return _reconstruct(
         list(frames),
         assets=assets_folder(),
@@ -59,7 +58,7 @@ def reconstruct(
         method=method,
         texture_size=texture_size,
         interocular_mm=interocular_mm,
-        **more,
+        tracks=tracks,
     )
 
 
@@ -72,9 +71,7 @@ def track(
     window: int | None,
 ) -> Job[str]:
     """Start to track a face in image files; `camera` is the text of a camera.json, the result that of a tracks.json."""
-    return facewright.track(
-        list(frames), assets=assets_folder(), camera=camera, method=method, points=points, window=window
-    )
+    return _track(list(frames), assets=assets_folder(), camera=camera, method=method, points=points, window=window)
 
 
 def calibrate(

@@ -705,10 +705,6 @@ def test_the_shell_command_tracks(addon: ModuleType, library: Any, tmp_path: Pat
     assert snapshot() == before and not (tmp_path / "none.json").exists()
 
 
-NATIVE = hasattr(importlib.import_module("facewright"), "track")
-
-
-@pytest.mark.skipif(not NATIVE, reason="the installed library has no track")
 def test_the_synthetic_person_is_tracked_and_reconstructed_from_the_markers(clip: bpy.types.MovieClip) -> None:
     """The whole way through the native library."""
     bpy.context.scene.facewright_camera.text = json.dumps(TRUTH["camera"])

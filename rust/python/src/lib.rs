@@ -8,7 +8,7 @@ use facewright::calibration_picture::{DPI, of_camera, of_rig};
 use facewright::drawing::Format;
 use facewright::{
     Assets, CalibrateOptions, CalibratedCamera, CalibratedRig, FacewrightError as CoreError, FrameSet, Method,
-    ReconstructOptions, RigInput, SourcedCamera,
+    ReconstructOptions, RigInput, SourcedCamera, TrackClipOptions, Tracks,
 };
 use geometry::{Board, Progress};
 use job::{Job, Output};
@@ -123,7 +123,34 @@ fn save_calibration_picture(py: Python<'_>, text: &str, path: PathBuf) -> PyResu
 }
 
 #[pyfunction]
-#[pyo3(signature = (frames, *, assets, camera = None, method = "default", texture_size = 2048, interocular_mm = None))]
+#[pyo3(signature = (frames, *, assets, camera = None, method = "default", points = 200, window = None))]
+fn track(
+    frames: Vec<PathBuf>,
+    assets: PathBuf,
+    camera: Option<&str>,
+    method: &str,
+    points: usize,
+    window: Option<usize>,
+) -> PyResult<Job> {
+    let camera = camera.map(SourcedCamera::parse).transpose().map_err(|e| raise(&e))?;
+    let options = TrackClipOptions { method: method_of(method)?, camera, points, window, from: None };
+    Job::start(move |progress| {
+        let frames = FrameSet::open(&frames, progress)?;
+        let tracks = facewright::track(&frames, &Assets::load(&assets)?, &options, progress)?;
+        Ok(Output::Text(serde_json::to_string(&tracks).unwrap_or_default()))
+    })
+}
+
+fn method_of(name: &str) -> PyResult<Method> {
+    match name {
+        "default" => Ok(Method::Default),
+        "paper" => Ok(Method::Paper),
+        other => Err(PyValueError::new_err(format!("method is {other}, not default or paper"))),
+    }
+}
+
+#[pyfunction]
+#[pyo3(signature = (frames, *, assets, camera = None, method = "default", texture_size = 2048, interocular_mm = None, tracks = None))]
 fn reconstruct(
     frames: Vec<PathBuf>,
     assets: PathBuf,
@@ -131,15 +158,15 @@ fn reconstruct(
     method: &str,
     texture_size: u32,
     interocular_mm: Option<f64>,
+    tracks: Option<&str>,
 ) -> PyResult<Job> {
-    let method = match method {
-        "default" => Method::Default,
-        "paper" => Method::Paper,
-        other => return Err(PyValueError::new_err(format!("method is {other}, not default or paper"))),
+    let options = ReconstructOptions {
+        method: method_of(method)?,
+        camera: camera.map(SourcedCamera::parse).transpose().map_err(|e| raise(&e))?,
+        texture_size,
+        interocular: interocular_mm.map(|mm| mm / 1000.0),
+        tracks: tracks.map(Tracks::parse).transpose().map_err(|e| raise(&e))?,
     };
-    let camera = camera.map(SourcedCamera::parse).transpose().map_err(|e| raise(&e))?;
-    let options =
-        ReconstructOptions { method, camera, texture_size, interocular: interocular_mm.map(|mm| mm / 1000.0) };
     Job::start(move |progress| {
         let frames = FrameSet::open(&frames, progress)?;
         let result = facewright::reconstruct(&frames, &Assets::load(&assets)?, &options, progress)?;
@@ -169,6 +196,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(calibrate, module)?)?;
     module.add_function(wrap_pyfunction!(calibrate_rig, module)?)?;
     module.add_function(wrap_pyfunction!(save_calibration_picture, module)?)?;
+    module.add_function(wrap_pyfunction!(track, module)?)?;
     module.add_function(wrap_pyfunction!(reconstruct, module)?)?;
     module.add_function(wrap_pyfunction!(check_folder, module)?)?;
     module.add_function(wrap_pyfunction!(generic_head, module)?)

@@ -16,6 +16,7 @@ from facewright._native import (
     reconstruct,
     save_board,
     save_calibration_picture,
+    track,
     version,
 )
 
@@ -31,5 +32,6 @@ __all__ = [
     "reconstruct",
     "save_board",
     "save_calibration_picture",
+    "track",
     "version",
 ]

@@ -119,6 +119,21 @@ def calibrate_rig(
 def save_calibration_picture(text: str, path: str) -> None:
     """Draw a camera.json or rig.json, given as text, into the SVG, PDF or PNG that the path's extension says."""
 
+def track(
+    frames: Sequence[str],
+    *,
+    assets: str,
+    camera: str | None = None,
+    method: Literal["default", "paper"] = "default",
+    points: int = 200,
+    window: int | None = None,
+) -> Job[str]:
+    """Track points of the face through image files, folders or videos; the result is tracks.json as text.
+
+    `camera` is camera.json as text. `points` are wanted in each frame in which points are chosen; `window` is the side
+    of the tracker's window in pixels, odd.
+    """
+
 def reconstruct(
     frames: Sequence[str],
     *,
@@ -127,8 +142,12 @@ def reconstruct(
     method: Literal["default", "paper"] = "default",
     texture_size: int = 2048,
     interocular_mm: float | None = None,
+    tracks: str | None = None,
 ) -> Job[Reconstruction]:
-    """Reconstruct the head in image files, folders or videos; `camera` is camera.json as text."""
+    """Reconstruct the head in image files, folders or videos; `camera` is camera.json as text.
+
+    `tracks` is tracks.json of the same frames as text, to use instead of tracking; only with the method `default`.
+    """
 
 def generic_head(assets: str) -> Reconstruction:
     """The generic head itself, with its own keys and a plain texture."""
