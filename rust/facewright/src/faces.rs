@@ -3,6 +3,7 @@
 use crate::observe::{Observation, observe};
 use crate::select::{Candidate, median};
 use crate::{Assets, FacewrightError, FrameSet, SourcedCamera};
+use geometry::face_mesh::LANDMARKS;
 use geometry::{Progress, Vec2};
 use head::GenericHead;
 use head::fit::{FitOptions, FrameObservation, HeadSize, LandmarkFit, fit_landmarks};
@@ -90,7 +91,10 @@ pub fn head_size(interocular: Option<f64>) -> HeadSize {
 
 /// What the landmark fit is told of a frame.
 pub fn observation(face: Option<&Face>) -> FrameObservation {
-    let Some(face) = face else { return FrameObservation::default() };
+    let Some(face) = face else {
+        let (landmarks, sigma_px) = (vec![Vec2::zeros(); LANDMARKS], vec![0.0; LANDMARKS]);
+        return FrameObservation { landmarks, sigma_px, ..FrameObservation::default() };
+    };
     let jitter = (NET_JITTER * face.eye_distance()).hypot(0.2);
     let visible = face.irises.iter().filter(|i| i.visible);
     // The eye that looks at the camera: the other one is foreshortened.

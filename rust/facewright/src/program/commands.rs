@@ -45,6 +45,7 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
         Command::Match { a, b, camera, method, points, window, levels, no_correction, output, picture } => {
             // Another kind of picture is refused before the work, not after it.
             picture.as_deref().map(Format::of).transpose()?;
+            check_output(output)?;
             let options = MatchOptions {
                 method: (*method).into(),
                 points: *points,
@@ -71,6 +72,7 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
                 window: *window,
                 from: from.clone(),
             };
+            check_output(output)?;
             let frames = FrameSet::open(frames, progress)?;
             let tracks = track(&frames, &load_assets(arguments)?, &options, progress)?;
             write_json(output, &tracks)?;
@@ -115,6 +117,11 @@ fn draw_match(
     let frames = FrameSet::open(&frames.map(PathBuf::clone), progress)?;
     let grey = |i: usize| frames.load(i).map(|picture| imageops::grayscale(&picture));
     of_match(pair, &grey(0)?, &grey(1)?).write(file, DPI)
+}
+
+/// Refuses a file that cannot be written before the work, not after it.
+fn check_output(file: &Path) -> Result<(), FacewrightError> {
+    check_folder(file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new(".")))
 }
 
 fn load_assets(arguments: &Arguments) -> Result<Assets, FacewrightError> {

@@ -19,6 +19,7 @@ use geometry::{Camera, Progress, Transform, Vec2, Vec3};
 use head::GenericHead;
 use image::{GrayImage, Luma};
 use rayon::prelude::*;
+use vision::track::TrackError;
 
 /// Frames that are in memory at the same time, besides the reference frames.
 pub(super) const CHUNK: usize = 16;
@@ -66,6 +67,9 @@ pub fn track(
     }
     if !(8..=5000).contains(&options.points) {
         return Err(FacewrightError::Option { name: "the number of points", expected: "8 to 5000" });
+    }
+    if let Some(window) = options.window.filter(|w| !(3..=31).contains(w) || w.is_multiple_of(2)) {
+        return Err(TrackError::Window(window).into());
     }
     let mut camera = starting_camera(frames, options.camera.as_ref())?;
     let faces = Faces::look(frames, assets, &camera, None, progress)?;
