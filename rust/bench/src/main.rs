@@ -11,6 +11,7 @@
 
 mod calibrate;
 mod clock;
+mod degraded;
 mod feature;
 mod files;
 mod motion;
@@ -45,6 +46,7 @@ enum Word {
     Calibrate,
     Track,
     Motion,
+    Degraded,
 }
 
 impl Step {
@@ -66,6 +68,11 @@ impl Step {
 fn main() -> anyhow::Result<()> {
     let step = Arguments::parse().step;
     match step.word() {
+        Word::Degraded => match &step {
+            Step::Inputs { folder, .. } => degraded::write(folder),
+            Step::Measure { .. } => anyhow::bail!("`cargo x degraded` runs the program itself"),
+            Step::Table { folder, .. } => degraded::print(folder),
+        },
         Word::Calibrate => step.run::<calibrate::Calibrate>(),
         Word::Track => step.run::<track::Track>(),
         Word::Motion => step.run::<motion::Motion>(),

@@ -6,6 +6,7 @@
 mod addon;
 mod bench;
 mod check;
+mod degraded;
 mod demo;
 mod environment;
 mod fetch;
@@ -53,6 +54,12 @@ enum Task {
         #[arg(value_parser = bench::WORDS)]
         word: Option<String>,
     },
+    /// What motion blur, exposure, compression, interlacing, jumps, reflections and noise do to the tracks of a film
+    Degraded {
+        /// Chain of steps
+        #[arg(long, default_value = "default", value_parser = ["default", "paper"])]
+        method: String,
+    },
     /// Builds the generic head and the landmark nets into target/assets
     Head,
     /// Builds the wheel and the validated extension zip into target/addon
@@ -67,6 +74,7 @@ fn main() -> anyhow::Result<()> {
         Task::Test { gui } => test::test(gui),
         Task::Check => check::check(),
         Task::Bench { word } => bench::bench(word.as_deref()),
+        Task::Degraded { method } => degraded::degraded(&method),
         Task::Head => generic_head::build().map(drop),
         Task::Addon => addon::build().map(drop),
         Task::Fixtures => test::fixtures(),

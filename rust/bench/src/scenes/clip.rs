@@ -1,10 +1,10 @@
-//! The project's own clip: a rendered head that turns, and the board filmed by the same camera.
+//! The project's own clip: a rendered head that turns, and the board filmed by the same camera; and films like it.
 
 use super::seen::Body;
 use crate::files::{read_grey, read_json};
 use anyhow::Context;
 use geometry::{Camera, Transform, Vec3};
-use image::GrayImage;
+use image::{GrayImage, RgbImage};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -19,14 +19,22 @@ pub struct Clip {
     pub boards: Vec<BoardPicture>,
     /// The board.
     pub board: Board,
+    /// Tip of the nose, head frame.
+    pub nose_tip: [f64; 3],
     mesh: PathBuf,
+    #[serde(skip)]
+    folder: PathBuf,
 }
 
 /// A frame of the head.
 #[derive(Deserialize)]
 pub struct Frame {
+    /// Its name.
+    pub name: String,
     /// The true pose.
     pub cam_from_head: Transform,
+    /// Turn of the head, degrees; the nose to image right is positive.
+    pub yaw_deg: f64,
     file: PathBuf,
 }
 
@@ -48,31 +56,39 @@ pub struct Board {
 }
 
 impl Clip {
-    /// Reads the truth.
+    /// The project's own.
     pub fn open() -> anyhow::Result<Self> {
-        read_json(&folder().join("truth.json"))
+        Self::open_in(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/clip"))
+    }
+
+    /// Reads the truth of a film in a folder that is laid out like the project's own.
+    pub fn open_in(folder: &Path) -> anyhow::Result<Self> {
+        Ok(Self { folder: folder.to_owned(), ..read_json(&folder.join("truth.json"))? })
     }
 
     /// The picture of a frame.
     pub fn frame(&self, index: usize) -> anyhow::Result<GrayImage> {
-        read_grey(&folder().join(&self.frames[index].file))
+        read_grey(&self.folder.join(&self.frames[index].file))
+    }
+
+    /// The picture of a frame, in colour.
+    pub fn picture(&self, index: usize) -> anyhow::Result<RgbImage> {
+        let path = self.folder.join(&self.frames[index].file);
+        let picture = image::open(&path).with_context(|| format!("cannot read {}", path.display()))?;
+        Ok(picture.to_rgb8())
     }
 
     /// A picture of the board.
     pub fn board(&self, index: usize) -> anyhow::Result<GrayImage> {
-        read_grey(&folder().join(&self.boards[index].file))
+        read_grey(&self.folder.join(&self.boards[index].file))
     }
 
     /// The head that was filmed, in the head frame.
     pub fn head(&self) -> anyhow::Result<Body> {
-        let path = folder().join(&self.mesh);
+        let path = self.folder.join(&self.mesh);
         let bytes = std::fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
         read_ply(&bytes).with_context(|| format!("{} is not the PLY it should be", path.display()))
     }
-}
-
-fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/clip")
 }
 
 /// A binary PLY of vertices of three float32 and triangles of one uchar and three int32.
