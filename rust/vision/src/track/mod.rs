@@ -15,27 +15,20 @@
 //! Lucas and Kanade 1981; Shi and Tomasi 1994; Bouguet, "Pyramidal implementation of the Lucas Kanade feature tracker",
 //! 2000; Baker and Matthews, "Lucas–Kanade 20 years on", 2004.
 
-mod align;
-mod sampler;
-mod template;
+mod iterate;
+mod lanes;
+mod measure;
+mod patch;
+mod region;
+mod solve;
+mod templates;
+mod tracker;
+mod window;
 
 use crate::pyramid::{Interpolation, Pyramid};
-use align::{Fit, Pose, SLOPE_NOISE, Scratch, Solver, Step, deviation, plausible};
 use geometry::Vec2;
 use nalgebra::Matrix2;
-use rayon::prelude::*;
-use sampler::Window;
-
-/// A last step longer than this at the finest level means that the point has not settled, pixels.
-const SETTLED_PX: f64 = 0.1;
-/// Levels and models that others follow need no more, pixels of the level.
-const ROUGH_PX: f64 = 0.05;
-/// Least part of a step that is taken.
-const SLOWEST: f64 = 0.25;
-/// Last steps at the finest level that read the picture with the interpolation of the options.
-const LAST_STEPS: usize = 2;
-/// Fewer points than this are not worth a thread.
-const POINTS_PER_TASK: usize = 16;
+pub use templates::Templates;
 
 /// Why nothing could be tracked.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -63,11 +56,23 @@ pub enum Model {
     Affine,
 }
 
+/// How a step changes the pose of a patch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Update {
+    /// Steps are added up, as Lucas and Kanade do and the paper after Bouguet; slopes are the template's.
+    ForwardAdditive,
+    /// Steps are undone in the template's frame before the pose is applied (Baker and Matthews).
+    #[default]
+    InverseCompositional,
+}
+
 /// How to track.
 #[derive(Clone, Debug)]
 pub struct TrackOptions {
     /// Side of the window, pixels at every level; odd, 3 … 31. About a tenth of a face's width: 11 suits 352×288.
     pub window: usize,
+    /// Standard deviation of the Gaussian that weighs the window's pixels, in halves of the window; all alike without.
+    pub window_sigma: Option<f64>,
     /// Pyramid levels used; 1 with a good guess, 3 or 4 without.
     pub levels: usize,
     /// Steps at most, per level and model.
@@ -76,6 +81,10 @@ pub struct TrackOptions {
     pub epsilon: f64,
     /// How a patch may change.
     pub model: Model,
+    /// How steps change the pose.
+    pub update: Update,
+    /// Where the guess stretches the patch, give the window its size in `b`, not in `a`.
+    pub match_scale: bool,
     /// How far the entries of the affine warp may be from the guess, one standard deviation.
     pub warp_sigma: f64,
     /// Compensate a change of contrast and brightness of each patch.
@@ -86,27 +95,36 @@ pub struct TrackOptions {
     pub min_texture: f64,
     /// Standard deviation of the sensor's noise, grey levels: the slopes it makes are not texture.
     pub noise: f64,
+    /// Refuse a point that does not come to rest, or moves further than the window's side at a level.
+    pub settle: bool,
     /// Track the found point back, and refuse it if it comes back further than this from where it began, pixels.
     pub forward_backward_px: Option<f64>,
     /// Refuse a point whose patches differ by more than this, root mean square grey levels.
     pub max_residual: Option<f64>,
+    /// Refuse a point whose patches correlate less than this, −1 … 1; what cannot reach it any more is given up early.
+    pub min_ncc: Option<f64>,
 }
 
 impl Default for TrackOptions {
     fn default() -> Self {
         Self {
             window: 11,
+            window_sigma: None,
             levels: 4,
             max_iterations: 20,
             epsilon: 0.01,
             model: Model::Affine,
+            update: Update::InverseCompositional,
+            match_scale: true,
             warp_sigma: 0.1,
             gain_bias: true,
             interpolation: Interpolation::Bicubic,
             min_texture: 0.5,
             noise: 2.0,
+            settle: true,
             forward_backward_px: Some(0.5),
             max_residual: None,
+            min_ncc: None,
         }
     }
 }
@@ -118,10 +136,13 @@ impl TrackOptions {
             window,
             max_iterations: 30,
             model: Model::Translation,
+            update: Update::ForwardAdditive,
+            match_scale: false,
             gain_bias: false,
             interpolation: Interpolation::Bilinear,
             min_texture: 0.0,
             noise: 0.0,
+            settle: false,
             forward_backward_px: None,
             ..Self::default()
         }
@@ -170,6 +191,8 @@ pub struct Track {
     pub warp: Matrix2<f64>,
     /// Root mean square difference of the patches after gain and bias, grey levels of `b`.
     pub residual: f64,
+    /// Normalised correlation of the patches, −1 … 1; zero when they were not compared.
+    pub ncc: f64,
     /// One standard deviation of the position along an axis, pixels; infinite when it was not found.
     pub sigma_px: f64,
     /// What became of the point.
@@ -186,178 +209,7 @@ pub fn track(
     guesses: Option<&[Guess]>,
     options: &TrackOptions,
 ) -> Result<Vec<Track>, TrackError> {
-    if !(3..=31).contains(&options.window) || options.window.is_multiple_of(2) {
-        return Err(TrackError::Window(options.window));
-    }
-    if let Some(guesses) = guesses
-        && guesses.len() != points.len()
-    {
-        return Err(TrackError::Guesses { guesses: guesses.len(), points: points.len() });
-    }
-    let tracker = Tracker { options, window: Window::new(options.window) };
-    let one = |scratch: &mut Scratch, i: usize| {
-        let guess = guesses.map_or_else(|| Guess::at(points[i]), |guesses| guesses[i]);
-        tracker.checked(a, b, points[i], guess, scratch)
-    };
-    let indices = (0..points.len()).into_par_iter().with_min_len(POINTS_PER_TASK);
-    Ok(indices.map_init(Scratch::default, one).collect())
-}
-
-struct Tracker<'o> {
-    options: &'o TrackOptions,
-    window: Window,
-}
-
-impl Tracker<'_> {
-    /// Forward, and back if asked for.
-    fn checked(&self, a: &Pyramid, b: &Pyramid, point: Vec2, guess: Guess, scratch: &mut Scratch) -> Track {
-        let mut track = self.forward(a, b, point, guess, scratch);
-        let (Status::Found, Some(limit)) = (track.status, self.options.forward_backward_px) else {
-            return track;
-        };
-        // The way back begins as ignorant as the way there: with the guess's displacement undone, not from the answer.
-        let back = guess.warp.try_inverse().map(|warp| {
-            let expected = Guess { position: track.position - (guess.position - point), warp };
-            self.forward(b, a, track.position, expected, scratch)
-        });
-        if !back.is_some_and(|back| back.status == Status::Found && (back.position - point).norm() <= limit) {
-            track.status = Status::Inconsistent;
-        }
-        track
-    }
-
-    /// From the coarsest level to the finest.
-    fn forward(&self, a: &Pyramid, b: &Pyramid, point: Vec2, guess: Guess, scratch: &mut Scratch) -> Track {
-        let mut pose = Pose { position: guess.position, warp: guess.warp };
-        let lost = |pose: &Pose, status| Track {
-            position: pose.position,
-            warp: pose.warp,
-            residual: f64::INFINITY,
-            sigma_px: f64::INFINITY,
-            status,
-        };
-        let margin = self.window.half as f64;
-        if !a.finest().contains(&point, margin) || !b.finest().contains(&guess.position, 0.0) {
-            return lost(&pose, Status::OutOfFrame);
-        }
-        if !plausible(&guess.warp) {
-            return lost(&pose, Status::NotConverged);
-        }
-        let levels = self.options.levels.min(a.levels().len()).min(b.levels().len());
-        for level in (1..levels).rev() {
-            self.coarse(a, b, level, &point, &mut pose, scratch);
-        }
-        match self.finest(a, b, &point, &mut pose, scratch) {
-            Ok(_) if !b.finest().contains(&pose.position, margin) => lost(&pose, Status::OutOfFrame),
-            Ok((residual, sigma_px)) => {
-                let alike = self.options.max_residual.is_none_or(|limit| residual <= limit);
-                let status = if alike { Status::Found } else { Status::Dissimilar };
-                Track { position: pose.position, warp: pose.warp, residual, sigma_px, status }
-            }
-            Err(_) if !b.finest().contains(&pose.position, margin) => lost(&pose, Status::OutOfFrame),
-            Err(status) => lost(&pose, status),
-        }
-    }
-
-    /// Shifts the pose at a coarse level; leaves it alone where that level has no texture or leads astray.
-    fn coarse(&self, a: &Pyramid, b: &Pyramid, level: usize, point: &Vec2, pose: &mut Pose, scratch: &mut Scratch) {
-        let (scale, options) = (f64::from(1_u32 << level), self.options);
-        // Half a window beyond the frame is mostly the frame's edge repeated.
-        let within = |picture: &Pyramid, at: &Vec2| {
-            picture.levels()[level].contains(&(at / scale), self.window.half as f64 / 2.0)
-        };
-        if !within(a, point) || !within(b, &pose.position) {
-            return;
-        }
-        let (window, fast) = (self.window, Interpolation::Bilinear);
-        scratch.template.take(&a.levels()[level], &(point / scale), window, fast, template::SHIFT, options.gain_bias);
-        let mut moved = Pose { position: pose.position / scale, ..*pose };
-        let start = moved.position;
-        let Some(solver) = Solver::textured_shift(&scratch.template, window) else { return };
-        scratch.region.clear();
-        let settled = self.iterate(b, level, &mut moved, &solver, ROUGH_PX, scratch).is_some();
-        if settled && (moved.position - start).norm() <= window.side as f64 {
-            pose.position = moved.position * scale;
-        }
-    }
-
-    /// Shift, then warp, then the last careful steps; gives the residual and the standard deviation.
-    fn finest(
-        &self,
-        a: &Pyramid,
-        b: &Pyramid,
-        point: &Vec2,
-        pose: &mut Pose,
-        scratch: &mut Scratch,
-    ) -> Result<(f64, f64), Status> {
-        let (options, window, level) = (self.options, self.window, b.finest());
-        let (gain_bias, careful) = (options.gain_bias, options.interpolation);
-        let unknowns = if options.model == Model::Affine { template::AFFINE } else { template::SHIFT };
-        scratch.template.take(a.finest(), point, window, careful, unknowns, gain_bias);
-        let (start, predicted) = (pose.position, pose.warp);
-        let mut solver = Solver::shift(&scratch.template, window, self.least_slope()).ok_or(Status::LowTexture)?;
-        scratch.region.clear();
-        let affine = options.model == Model::Affine;
-        let enough = if affine { ROUGH_PX.max(options.epsilon) } else { options.epsilon };
-        let mut last = self.iterate(b, 0, pose, &solver, enough, scratch).ok_or(Status::NotConverged)?;
-        if affine {
-            let fit = self.fit(b, pose, scratch, Interpolation::Bilinear)?;
-            let template = &scratch.template;
-            solver = Solver::affine(template, window, &fit, options.warp_sigma, predicted).ok_or(Status::LowTexture)?;
-            last = self.iterate(b, 0, pose, &solver, options.epsilon, scratch).ok_or(Status::NotConverged)?;
-        }
-        if careful != Interpolation::Bilinear {
-            for _ in 0..LAST_STEPS {
-                let step = scratch.step(level, pose, window, careful, &solver, gain_bias, 1.0);
-                last = step.ok_or(Status::NotConverged)?.length;
-            }
-        }
-        if last > SETTLED_PX || (pose.position - start).norm() > window.side as f64 {
-            return Err(Status::NotConverged);
-        }
-        let fit = self.fit(b, pose, scratch, careful)?;
-        let sigma_px = deviation(&solver, &fit, pose, window, options.noise).ok_or(Status::LowTexture)?;
-        Ok((fit.variance.sqrt(), sigma_px))
-    }
-
-    /// Least eigenvalue of the gradient matrix, per pixel, noise included.
-    fn least_slope(&self) -> f64 {
-        self.options.min_texture + SLOPE_NOISE * self.options.noise.powi(2)
-    }
-
-    fn fit(&self, b: &Pyramid, pose: &Pose, scratch: &mut Scratch, reading: Interpolation) -> Result<Fit, Status> {
-        scratch.fit(b.finest(), pose, self.window, reading, self.options.gain_bias).ok_or(Status::Dissimilar)
-    }
-
-    /// Steps until they are short; the length of the last one, or `None` when the window's side is left behind.
-    fn iterate(
-        &self,
-        b: &Pyramid,
-        level: usize,
-        pose: &mut Pose,
-        solver: &Solver,
-        enough: f64,
-        scratch: &mut Scratch,
-    ) -> Option<f64> {
-        let (options, level, fast) = (self.options, &b.levels()[level], Interpolation::Bilinear);
-        let (start, mut last, mut rate) = (pose.position, None::<Step>, 1.0_f64);
-        for _ in 0..options.max_iterations {
-            let step = scratch.step(level, pose, self.window, fast, solver, options.gain_bias, rate)?;
-            // Slopes of the finest texture come out too small and steps too long: halve them when they turn back.
-            if last.is_some_and(|last| last.shift.dot(&step.shift) < 0.0) {
-                rate = (0.5 * rate).max(SLOWEST);
-            }
-            if (pose.position - start).norm() > 2.0 * self.window.side as f64 {
-                return None;
-            }
-            let length = step.length;
-            last = Some(step);
-            if length < enough {
-                break;
-            }
-        }
-        Some(last.map_or(f64::INFINITY, |step| step.length))
-    }
+    templates::run(a, b, points, guesses, options, None)
 }
 
 #[cfg(test)]

@@ -225,3 +225,77 @@ fn windows_and_guesses_that_do_not_fit_are_refused() {
     let tracks = track(&a, &a, &[Vec2::new(80.0, 80.0)], Some(&mirrored), &TrackOptions::default()).unwrap();
     assert_eq!(tracks[0].status, Status::NotConverged);
 }
+
+#[test]
+fn both_updates_and_weights_agree_on_shifts_at_odd_sizes() {
+    let (a, points, shift) = (picture(texture), corners(), Vec2::new(1.3, -0.8));
+    let b = picture(|at| texture(at - shift));
+    for window in [7, 9, 13, 17, 25, 31] {
+        for window_sigma in [None, Some(0.5)] {
+            let [added, composed] = [Update::ForwardAdditive, Update::InverseCompositional].map(|update| {
+                let options = TrackOptions { window, window_sigma, update, ..Default::default() };
+                track(&a, &b, &points, None, &options).unwrap()
+            });
+            let (rms, largest) = errors(&composed, |i| points[i] + shift);
+            assert!(rms < 0.02 && largest < 0.08, "{window}: rms {rms}, largest {largest}");
+            for (added, composed) in added.iter().zip(&composed) {
+                assert!((added.position - composed.position).norm() < 0.01, "{window}");
+            }
+        }
+    }
+}
+
+#[test]
+fn kept_templates_track_as_fresh_ones_do() {
+    let (a, points) = (picture(texture), corners());
+    let (map, b) = turned(Matrix2::new(1.2, 0.05, 0.0, 1.0), 0.9, 4.0);
+    let warp = Matrix2::new(1.18, 0.03, 0.0, 1.0);
+    let guesses: Vec<_> = points.iter().map(|&p| Guess { position: map(p) + Vec2::new(1.0, 0.5), warp }).collect();
+    for window in [5, 11, 21, 31] {
+        for window_sigma in [None, Some(0.5)] {
+            let options = TrackOptions { window, window_sigma, ..Default::default() };
+            let templates = Templates::take(&a, &points, &options).unwrap();
+            assert_eq!(templates.points(), points);
+            for (guesses, b) in [(Some(&guesses[..]), &b), (None, &b), (None, &a)] {
+                let fresh = track(&a, b, &points, guesses, &options).unwrap();
+                assert_eq!(templates.track(b, guesses).unwrap(), fresh, "window {window}");
+            }
+        }
+    }
+    let refused = Templates::take(&a, &points, &TrackOptions { window: 4, ..Default::default() });
+    assert_eq!(refused.err(), Some(TrackError::Window(4)));
+}
+
+#[test]
+fn the_correlation_tells_the_same_patch_from_another() {
+    let (a, points) = (picture(texture), corners());
+    let brighter = picture(|at| 0.7 * texture(at - Vec2::new(1.2, 0.4)) + 30.0);
+    let options = TrackOptions { min_ncc: Some(0.9), ..Default::default() };
+    for track in track(&a, &brighter, &points, None, &options).unwrap() {
+        assert_eq!(track.status, Status::Found);
+        assert!(track.ncc > 0.99, "{}", track.ncc);
+    }
+    let other = picture(|at| texture(Vec2::new(at.y * 1.7 + 40.0, at.x * 0.8)));
+    let options = TrackOptions { forward_backward_px: None, ..options };
+    let tracks = track(&a, &other, &points, None, &options).unwrap();
+    let found = tracks.iter().filter(|track| track.status == Status::Found).count();
+    assert!(found * 10 < points.len(), "{found}");
+    let early = tracks.iter().filter(|track| track.status == Status::Dissimilar && track.residual.is_infinite());
+    assert!(early.count() * 2 > points.len(), "most are given up before their residual is measured");
+}
+
+#[test]
+fn a_stretched_patch_is_found_at_the_size_it_has_there() {
+    let warp = Matrix2::new(1.5, 0.1, -0.05, 1.1);
+    let (map, b) = turned(warp, 1.0, 0.0);
+    let a = picture(texture);
+    let points: Vec<Vec2> = corners().into_iter().filter(|p| (p - Vec2::new(100.0, 80.0)).amax() < 40.0).collect();
+    let expected = warp + Matrix2::new(0.03, -0.02, 0.02, -0.03);
+    let guesses: Vec<_> =
+        points.iter().map(|&p| Guess { position: map(p) + Vec2::new(0.7, -0.6), warp: expected }).collect();
+    let options = TrackOptions { window: 15, levels: 1, ..Default::default() };
+    let tracks = track(&a, &b, &points, Some(&guesses), &options).unwrap();
+    let (rms, largest) = errors(&tracks, |i| map(points[i]));
+    assert!(rms < 0.02 && largest < 0.06, "rms {rms}, largest {largest}");
+    assert!(tracks.iter().all(|track| (track.warp - warp).norm() < 0.04));
+}
