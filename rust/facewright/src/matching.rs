@@ -1,7 +1,7 @@
 //! Corners of the face matched between two frames (paper, sections 2.3 and 2.4; and ours).
 
 use crate::faces::{TrackedSkin, head_size, observation};
-use crate::track::{Scene, Search, SearchOptions, Seed, Sighting, Surface, View, search, seeds};
+use crate::track::{Anchors, Scene, Search, SearchOptions, Seed, Sighting, Surface, View, seeds};
 use crate::{Assets, CameraSource, FacewrightError, FrameSet, Method, SourcedCamera, camera::starting_camera};
 use geometry::{Camera, Progress, Vec2};
 use head::fit::{FitOptions, FrameObservation, fit_landmarks};
@@ -211,9 +211,9 @@ fn head_matches(
     let mut shared = from.view.shared(&to.view, search_options.least_cosine(), margin);
     shared.iter_mut().zip(from.skin.mask.iter()).for_each(|(shared, mask)| *shared &= mask);
     let corners = search_options.corners(&from, options.points);
-    let seeds = seeds(&from, &shared, &corners)?;
-    let found = search(&from, &to, &seeds, &search_options)?;
-    Ok(vote(&seeds, &found, &camera.camera, options))
+    let anchors = Anchors::take(&from, seeds(&from, &shared, &corners)?, &search_options)?;
+    let found = anchors.search(&to, &search_options)?;
+    Ok(vote(&anchors.seeds, &found, &camera.camera, options))
 }
 
 /// Marks the matches that one motion of the head explains.

@@ -3,7 +3,7 @@
 //! Corners are taken in a few reference frames and every other frame is searched for the *reference's* patch, warped as
 //! the head's estimated pose and surface predict it: a template that is re-anchored cannot drift away over a sequence.
 
-use super::search::{Scene, SearchOptions, search, seeds};
+use super::search::{Anchors, Scene, SearchOptions, Seed, seeds};
 use super::surface::{Surface, View};
 use crate::FacewrightError;
 use crate::faces::TrackedSkin;
@@ -96,10 +96,11 @@ fn follow_from(reference: usize, scenes: &[Scene], options: &FollowOptions) -> R
         scene.view.cam_from_head.angle_to(&from.view.cam_from_head).to_degrees() <= options.max_turn_deg
     };
     let others: Vec<usize> = (0..scenes.len()).filter(|&i| i != reference && near(&scenes[i])).collect();
+    let anchors = Anchors::take(from, seeds, &options.search)?;
     let sightings: Result<Vec<_>, FacewrightError> =
-        others.par_iter().map(|&i| search(from, &scenes[i], &seeds, &options.search)).collect();
+        others.par_iter().map(|&i| anchors.search(&scenes[i], &options.search)).collect();
     let sightings = sightings?;
-    let track = |(k, seed): (usize, &super::search::Seed)| {
+    let track = |(k, seed): (usize, &Seed)| {
         let mut observations: Vec<(usize, Vec2, f64)> = others
             .iter()
             .zip(&sightings)
@@ -114,7 +115,7 @@ fn follow_from(reference: usize, scenes: &[Scene], options: &FollowOptions) -> R
         let point = from.view.surface.place(&seed.point);
         FaceTrack { point, reference, reference_pixel: seed.pixel, observations }
     };
-    let tracks = seeds.iter().enumerate().map(track);
+    let tracks = anchors.seeds.iter().enumerate().map(track);
     Ok(tracks.filter(|t| t.observations.len() >= options.min_frames).collect())
 }
 

@@ -3,7 +3,7 @@
 //! - [`track`]: whole sequences, as `tracks.json` ([`Tracks`]); `chain` is the paper's way, `findings` what becomes of points, `relay` what
 //!   bridges expressions.
 //! - [`follow`]: the chosen frames of a reconstruction; [`given`]: an artist's tracks instead.
-//! - [`search`]: the points of one frame in another, predicted by the head's [`Surface`].
+//! - [`Anchors`]: the points of one frame in others, predicted by the head's [`Surface`].
 
 mod chain;
 mod findings;
@@ -18,7 +18,7 @@ mod tracks;
 
 pub use follow::{FaceTrack, FollowOptions, TrackedFrame, follow};
 pub use given::given;
-pub use search::{Scene, Search, SearchOptions, Seed, Sighting, search, seeds};
+pub use search::{Anchors, Scene, Search, SearchOptions, Seed, Sighting, seeds};
 pub use sequence::{TrackClipOptions, track};
 pub use surface::{Surface, View};
 pub use tracks::{FrameTracks, PointObservation, PointTrack, Region, Tracks};

@@ -119,8 +119,10 @@ impl Step<'_> {
     /// Points that the next frame should show and where they were not found by their reference.
     fn wanted(&self, relayed: &Relayed) -> Vec<Wanted> {
         let (from, to) = self.frames;
-        let seeds =
-            self.references.iter().flat_map(|r| r.seeds.iter().enumerate().map(|(k, seed)| (r.first + k, seed)));
+        let seeds = self
+            .references
+            .iter()
+            .flat_map(|r| r.anchors.seeds.iter().enumerate().map(|(k, seed)| (r.first + k, seed)));
         let wanted = |(number, seed): (usize, &Seed)| {
             self.findings.at(number, to).err().filter(|(_, loss): &(usize, Loss)| loss.is_failure())?;
             let here = self.findings.at(number, from).ok().map(|o| (Vec2::new(o.1, o.2), o.3));
@@ -145,7 +147,7 @@ impl Step<'_> {
             .collect();
         let mut guesses: Vec<Guess> = wanted.iter().map(|w| w.guess).collect();
         for reference in self.references {
-            for (k, seed) in reference.seeds.iter().enumerate() {
+            for (k, seed) in reference.anchors.seeds.iter().enumerate() {
                 let number = reference.first + k;
                 let (Ok(a), Ok(b)) = (self.findings.at(number, from), self.findings.at(number, to)) else { continue };
                 let (a, b) = (Vec2::new(a.1, a.2), Vec2::new(b.1, b.2));

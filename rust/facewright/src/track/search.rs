@@ -8,9 +8,10 @@ use crate::FacewrightError;
 use crate::faces::TrackedSkin;
 use geometry::Vec2;
 use image::GrayImage;
+use nalgebra::Matrix2;
 use vision::corners::{CornerOptions, detect};
 use vision::correct::{Correction, GeometricOptions, Known, Match, Outcome, geometric};
-use vision::track::{Guess, Status, Track, TrackOptions, track};
+use vision::track::{Guess, Status, Templates, Track, TrackOptions};
 
 /// Least score of a corner, in variances of the noise: twice what noise alone gives.
 const LEAST_SCORE: f64 = 0.3;
@@ -119,40 +120,72 @@ pub fn seeds(scene: &Scene, mask: &GrayImage, options: &CornerOptions) -> Result
     Ok(corners.iter().filter_map(|corner| seed(corner.position)).collect())
 }
 
-/// Seeks the seeds of one frame in another.
-pub fn search(from: &Scene, to: &Scene, seeds: &[Seed], options: &SearchOptions) -> Result<Search, FacewrightError> {
-    let cosine = options.least_cosine();
-    let guess = |seed: &Seed| {
-        to.view.facing(&seed.point).filter(|found| *found > cosine)?;
-        from.view.predict(&seed.point, &seed.pixel, &to.view)
-    };
-    let (wanted, guesses): (Vec<usize>, Vec<Guess>) =
-        seeds.iter().enumerate().filter_map(|(i, seed)| Some((i, guess(seed)?))).unzip();
-    let points: Vec<Vec2> = wanted.iter().map(|&i| seeds[i].pixel).collect();
-    let careful = options.tracker(from);
-    let tracked = track(&from.skin.pyramid, &to.skin.pyramid, &points, Some(&guesses), &careful)?;
-    let matches: Vec<Match> = points.iter().zip(&tracked).map(found).collect();
-    let correction = if options.correct {
-        // Two searches from different sides, or the neighbours, vouch for what is found: it need not track back.
-        let search = TrackOptions { levels: 1, forward_backward_px: None, ..careful };
-        let known = Known { predictions: Some(&guesses), ..Known::default() };
-        let options = GeometricOptions { search: Some(search), ..GeometricOptions::default() };
-        geometric(&from.skin.pyramid, &to.skin.pyramid, &matches, &known, &options)?
-    } else {
-        Correction::unchanged(&matches)
-    };
-    let mut sightings = vec![None; seeds.len()];
-    for (k, &i) in wanted.iter().enumerate() {
-        sightings[i] = Some(Sighting {
-            tracked: (tracked[k].status == Status::Found).then_some(tracked[k].position),
-            pixel: if correction.matches[k].b.x.is_finite() { correction.matches[k].b } else { tracked[k].position },
-            sigma_px: tracked[k].sigma_px,
-            status: tracked[k].status,
-            outcome: correction.outcomes[k],
-        });
+/// Points of a frame with their patches, to be sought in any number of other frames.
+pub struct Anchors<'a> {
+    pub scene: &'a Scene<'a>,
+    pub seeds: Vec<Seed>,
+    templates: Templates<'a>,
+}
+
+impl<'a> Anchors<'a> {
+    /// Takes the patches.
+    pub fn take(scene: &'a Scene<'a>, seeds: Vec<Seed>, options: &SearchOptions) -> Result<Self, FacewrightError> {
+        let points: Vec<Vec2> = seeds.iter().map(|seed| seed.pixel).collect();
+        let templates = Templates::take(&scene.skin.pyramid, &points, &options.tracker(scene))?;
+        Ok(Self { scene, seeds, templates })
     }
-    let Correction { violations_before, violations_after, .. } = correction;
-    Ok(Search { sightings, violations_before, violations_after })
+
+    /// Seeks the points in another frame.
+    pub fn search(&self, to: &Scene, options: &SearchOptions) -> Result<Search, FacewrightError> {
+        let (from, cosine) = (self.scene, options.least_cosine());
+        let guess = |seed: &Seed| {
+            to.view.facing(&seed.point).filter(|found| *found > cosine)?;
+            from.view.predict(&seed.point, &seed.pixel, &to.view)
+        };
+        let expected: Vec<Option<Guess>> = self.seeds.iter().map(guess).collect();
+        // A patch squeezed to nothing is given up at once.
+        let nowhere = Guess { position: Vec2::zeros(), warp: Matrix2::zeros() };
+        let all: Vec<Guess> = expected.iter().map(|guess| guess.unwrap_or(nowhere)).collect();
+        let all = self.templates.track(&to.skin.pyramid, Some(&all))?;
+        let (wanted, guesses): (Vec<usize>, Vec<Guess>) =
+            expected.iter().enumerate().filter_map(|(i, guess)| Some((i, (*guess)?))).unzip();
+        let points: Vec<Vec2> = wanted.iter().map(|&i| self.seeds[i].pixel).collect();
+        let tracked: Vec<Track> = wanted.iter().map(|&i| all[i]).collect();
+        let correction = corrected(from, to, &points, &guesses, &tracked, options)?;
+        let mut sightings = vec![None; self.seeds.len()];
+        for (k, &i) in wanted.iter().enumerate() {
+            let found = correction.matches[k].b;
+            sightings[i] = Some(Sighting {
+                tracked: (tracked[k].status == Status::Found).then_some(tracked[k].position),
+                pixel: if found.x.is_finite() { found } else { tracked[k].position },
+                sigma_px: tracked[k].sigma_px,
+                status: tracked[k].status,
+                outcome: correction.outcomes[k],
+            });
+        }
+        let Correction { violations_before, violations_after, .. } = correction;
+        Ok(Search { sightings, violations_before, violations_after })
+    }
+}
+
+/// What neighbouring points and a second search make of tracked points.
+fn corrected(
+    from: &Scene,
+    to: &Scene,
+    points: &[Vec2],
+    guesses: &[Guess],
+    tracked: &[Track],
+    options: &SearchOptions,
+) -> Result<Correction, FacewrightError> {
+    let matches: Vec<Match> = points.iter().zip(tracked).map(found).collect();
+    if !options.correct {
+        return Ok(Correction::unchanged(&matches));
+    }
+    // Two searches from different sides, or the neighbours, vouch for what is found: it need not track back.
+    let search = TrackOptions { levels: 1, forward_backward_px: None, ..options.tracker(from) };
+    let known = Known { predictions: Some(guesses), ..Known::default() };
+    let geometric_options = GeometricOptions { search: Some(search), ..GeometricOptions::default() };
+    Ok(geometric(&from.skin.pyramid, &to.skin.pyramid, &matches, &known, &geometric_options)?)
 }
 
 fn found((point, track): (&Vec2, &Track)) -> Match {

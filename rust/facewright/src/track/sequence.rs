@@ -8,7 +8,7 @@ use super::chain::chain;
 use super::findings::{Finding, Findings, Loss};
 use super::region::region;
 use super::relay::relay;
-use super::search::{Scene, Search, SearchOptions, Seed, search, seeds};
+use super::search::{Anchors, Scene, Search, SearchOptions, Seed, seeds};
 use super::surface::{Surface, View};
 use super::{FrameTracks, PointTrack, Tracks};
 use crate::camera::starting_camera;
@@ -110,8 +110,7 @@ pub(super) struct Shot {
 /// A frame in which points were chosen.
 pub(super) struct Reference<'a> {
     index: usize,
-    scene: &'a Scene<'a>,
-    pub seeds: Vec<Seed>,
+    pub anchors: Anchors<'a>,
     /// Number of its first point.
     pub first: usize,
 }
@@ -180,7 +179,7 @@ impl<'a> Sequence<'a> {
         let mut findings = Findings::default();
         for reference in &references {
             let region = |seed: &Seed| self.region(reference.index, &seed.pixel);
-            reference.seeds.iter().for_each(|seed| findings.add(reference.index, region(seed)));
+            reference.anchors.seeds.iter().for_each(|seed| findings.add(reference.index, region(seed)));
         }
         let indices: Vec<usize> = (0..self.frames.len()).collect();
         for chunk in indices.chunks(CHUNK) {
@@ -211,15 +210,16 @@ impl<'a> Sequence<'a> {
             free.iter_mut().zip(scene.skin.mask.iter()).for_each(|(free, mask)| *free &= mask);
             let mut known = 0;
             for reference in &references {
-                let again = search(reference.scene, scene, &reference.seeds, &self.search)?;
+                let again = reference.anchors.search(scene, &self.search)?;
                 for sighting in again.sightings.into_iter().flatten().filter(|s| s.outcome.is_usable()) {
                     clear_disc(&mut free, &sighting.pixel, 0.5 * window as f64);
                     known += 1;
                 }
             }
             let corners = self.search.corners(scene, self.options.points.saturating_sub(known));
-            let first = references.last().map_or(0, |r| r.first + r.seeds.len());
-            references.push(Reference { index: shot.index, scene, seeds: seeds(scene, &free, &corners)?, first });
+            let first = references.last().map_or(0, |r| r.first + r.anchors.seeds.len());
+            let anchors = Anchors::take(scene, seeds(scene, &free, &corners)?, &self.search)?;
+            references.push(Reference { index: shot.index, anchors, first });
         }
         Ok(references)
     }
@@ -231,19 +231,20 @@ impl<'a> Sequence<'a> {
         let surface = shot.as_ref().map(|shot| self.surface(shot));
         let scene = shot.as_ref().zip(surface.as_ref()).map(|(shot, surface)| self.scene(shot, surface));
         for reference in references {
-            let numbers = reference.first..reference.first + reference.seeds.len();
+            let numbers = reference.first..reference.first + reference.anchors.seeds.len();
             let all = |loss: Loss| numbers.clone().map(move |n| (n, Err((index, loss))));
-            let turn =
-                |scene: &Scene| scene.view.cam_from_head.angle_to(&reference.scene.view.cam_from_head).to_degrees();
+            let turn = |scene: &Scene| {
+                scene.view.cam_from_head.angle_to(&reference.anchors.scene.view.cam_from_head).to_degrees()
+            };
             match &scene {
                 None => found.extend(all(Loss::NoFace)),
                 Some(_) if reference.index == index => {
                     let own = |seed: &Seed| Ok((index, seed.pixel.x, seed.pixel.y, REFERENCE_PX));
-                    found.extend(numbers.clone().zip(reference.seeds.iter().map(own)));
+                    found.extend(numbers.clone().zip(reference.anchors.seeds.iter().map(own)));
                 }
                 Some(scene) if turn(scene) > FARTHEST_TURN_DEG => found.extend(all(Loss::Turned)),
                 Some(scene) => {
-                    let again = search(reference.scene, scene, &reference.seeds, &self.search)?;
+                    let again = reference.anchors.search(scene, &self.search)?;
                     found.extend(numbers.clone().zip(verdicts(index, &again)));
                 }
             }

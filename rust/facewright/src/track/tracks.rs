@@ -103,8 +103,10 @@ impl Tracks {
         if self.frames.len() != frames.len() || (own.width, own.height) != size {
             let (count, there) = (self.frames.len(), frames.len());
             let (width, height) = (own.width, own.height);
-            let reason =
-                format!("they are of {count} frames of {width}x{height}, the clip has {there} of {}x{}", size.0, size.1);
+            let reason = format!(
+                "they are of {count} frames of {width}x{height}, the clip has {there} of {}x{}",
+                size.0, size.1
+            );
             return Err(FacewrightError::Tracks { reason });
         }
         let other = self.frames.iter().zip(&frames.frames).find(|(own, there)| own.name != there.name);
