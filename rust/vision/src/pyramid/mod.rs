@@ -8,9 +8,9 @@
 //! Level 0 is the picture; each further level is half as wide and high, smoothed with the binomial `[1 4 6 4 1] / 16`
 //! along both axes and taken at every second pixel, so that a position in level `l` is the position in the picture
 //! divided by `2^l` (pixel centres at integers). Outside the frame the nearest pixel is repeated. Level 0 holds the
-//! picture's bytes, the others 1/16 grey level as `u16`: rounding adds a deviation of 0.02 grey levels, far below any
-//! sensor's noise, and a frame needs 0.7 bytes per pixel beside the picture. Gradients are not kept: those who need
-//! them take them from the window they have at hand.
+//! picture's bytes, the others 1/256 grey level as `u16`: level 1 is exact, the others lose nothing that matters, and a
+//! frame needs 0.7 bytes per pixel beside the picture. Gradients are not kept: those who need them take them from the
+//! window they have at hand.
 //!
 //! # Source
 //! Burt and Adelson, "The Laplacian pyramid as a compact image code", 1983; the paper, section 2.3.
@@ -25,7 +25,7 @@ use std::sync::Arc;
 use window::{CopyWindow, Stored};
 
 /// Stored units per grey level in all levels but the finest.
-const UNITS_PER_GREY: f32 = 16.0;
+const UNITS_PER_GREY: f32 = 256.0;
 /// A level whose shorter side would fall below this is not built.
 const SMALLEST_SIDE: usize = 12;
 

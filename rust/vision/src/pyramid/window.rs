@@ -144,7 +144,7 @@ mod tests {
         for size in [(1, 1), (3, 7), (41, 33), (64, 20)] {
             let hash = |i: usize| i.wrapping_mul(2_654_435_761) >> 7;
             agree(size, &(0..size.0 * size.1).map(|i| hash(i) as u8).collect::<Vec<u8>>());
-            agree(size, &(0..size.0 * size.1).map(|i| (hash(i) % 4081) as u16).collect::<Vec<u16>>());
+            agree(size, &(0..size.0 * size.1).map(|i| (hash(i) % 65281) as u16).collect::<Vec<u16>>());
         }
     }
 }
