@@ -119,7 +119,7 @@ pub fn detect(
     let chosen = match options.spread {
         Spread::Strongest => spaced(by_score(peaks), bounds, width, count, distance),
         Spread::Even => {
-            let cell = (area.allowed(mask) as f64 / count.max(1) as f64).sqrt();
+            let cell = (area.allowed(mask) as f64 / count.max(1) as f64).sqrt().max(1.0);
             spaced(by_rounds(peaks, bounds, width, cell), bounds, width, count, distance)
         }
     };

@@ -6,9 +6,6 @@ use geometry::Vec2;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// No two peaks are neighbours: smaller cells than this hold one each.
-const SMALLEST_CELL: f64 = 2.0;
-
 /// A pixel with a score no less than those around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Peak {
@@ -82,15 +79,19 @@ pub(super) fn by_score(peaks: Vec<Peak>) -> impl Iterator<Item = Peak> {
     std::iter::from_fn(move || heap.pop())
 }
 
-/// The best of each cell of a grid, best first, then the second best of each cell, and so on.
+/// The best of each cell of a grid of square cells, best first, then the second best of each cell, and so on.
 pub(super) fn by_rounds(peaks: Vec<Peak>, bounds: Tile, width: usize, cell: f64) -> impl Iterator<Item = Peak> {
-    let per_pixel = 1.0 / cell.max(SMALLEST_CELL);
-    let cell_of = |pixel: usize| (pixel as f64 * per_pixel) as usize;
-    let (columns, rows) = (cell_of(bounds.width) + 1, cell_of(bounds.height) + 1);
+    let cell_of = |x: f64| (x / cell) as usize;
+    // A peak is at most half a pixel beside its pixel.
+    let cells = |from: usize, size: usize| {
+        let first = cell_of(from as f64 - 0.5);
+        (first, cell_of((from + size) as f64 + 0.5) - first + 1)
+    };
+    let ((left, columns), (top, rows)) = (cells(bounds.left, bounds.width), cells(bounds.top, bounds.height));
     let mut cells = vec![Vec::new(); columns * rows];
     for peak in peaks {
-        let (x, y) = (peak.at % width - bounds.left, peak.at / width - bounds.top);
-        cells[cell_of(y) * columns + cell_of(x)].push(peak);
+        let position = peak.position(width);
+        cells[(cell_of(position.y) - top) * columns + cell_of(position.x) - left].push(peak);
     }
     let mut heaps: Vec<BinaryHeap<Peak>> = cells.into_iter().map(BinaryHeap::from).collect();
     let round = move || {
@@ -188,7 +189,10 @@ mod tests {
         let mut sorted = peaks();
         sorted.sort_by(|a, b| b.score.total_cmp(&a.score));
         assert_eq!(by_score(peaks()).collect::<Vec<_>>(), sorted);
-        let cell_of = |p: &Peak| ((p.at / WIDTH - 5) / 8, (p.at % WIDTH - 10) / 8);
+        let cell_of = |peak: &Peak| {
+            let position = peak.position(WIDTH);
+            ((position.y / 8.0) as usize, (position.x / 8.0) as usize)
+        };
         let mut taken = std::collections::BTreeMap::new();
         let round = |peak: &Peak| {
             let count = taken.entry(cell_of(peak)).or_insert(0);
