@@ -8,6 +8,7 @@ use geometry::{Progress, Vec2};
 use head::GenericHead;
 use head::fit::{FitOptions, FrameObservation, HeadSize, LandmarkFit, fit_landmarks};
 use image::{GrayImage, RgbImage, imageops};
+use std::sync::Arc;
 use vision::landmarks::{Face, MaskOptions, face_mask};
 use vision::noise::noise;
 use vision::pyramid::Pyramid;
@@ -126,7 +127,7 @@ impl TrackedSkin {
         let grey = imageops::grayscale(picture);
         // Compression leaves skin without any noise; what it leaves of texture is no finer than this.
         let noise = noise(&grey, Some(&mask)).unwrap_or(LEAST_NOISE).max(LEAST_NOISE);
-        Self { pyramid: Pyramid::new(&grey, LEVELS), mask, noise }
+        Self { pyramid: Pyramid::sharing(Arc::new(grey), LEVELS), mask, noise }
     }
 }
 

@@ -1,0 +1,231 @@
+//! Matches and tracks on the film of `blend_fixtures/synthetic_person.blend`, judged by rays cast at the true head.
+
+#![expect(clippy::unwrap_used, reason = "the helpers of tests are tests too")]
+
+use end_to_end::{assets, clip};
+use facewright::{
+    Assets, CalibrateOptions, FrameSet, MatchOptions, Method, ReconstructOptions, Region, SourcedCamera,
+    TrackClipOptions, Tracks, calibrate, match_pair, reconstruct, track,
+};
+use geometry::{Camera, Progress, Transform, Vec2, Vec3};
+use serde_json::Value;
+use std::path::PathBuf;
+use std::sync::LazyLock;
+
+/// Skin that faces the camera by less than this cosine is at the head's rim: whether it is seen is not asked there.
+const RIM: f64 = 0.2;
+
+/// The filmed head, its camera and its poses.
+struct Truth {
+    camera: Camera,
+    poses: Vec<Transform>,
+    yaw_deg: Vec<f64>,
+    vertices: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+struct Film {
+    assets: Assets,
+    truth: Truth,
+    camera: SourcedCamera,
+    frames: FrameSet,
+    tracks: Tracks,
+}
+
+static FILM: LazyLock<Film> = LazyLock::new(|| {
+    let assets = Assets::load(&assets().unwrap()).unwrap();
+    let progress = Progress::new();
+    let boards = FrameSet::open(&[clip().join("board")], &progress).unwrap();
+    let camera = calibrate(&boards, &CalibrateOptions::default(), &progress).unwrap().camera;
+    let frames = FrameSet::open(&[clip().join("frames")], &progress).unwrap();
+    let tracks = track(&frames, &assets, &options(camera), &progress).unwrap();
+    Film { assets, truth: Truth::read(), camera, frames, tracks }
+});
+
+fn options(camera: SourcedCamera) -> TrackClipOptions {
+    TrackClipOptions { camera: Some(camera), points: 120, ..TrackClipOptions::default() }
+}
+
+impl Truth {
+    fn read() -> Self {
+        let value: Value = serde_json::from_str(&std::fs::read_to_string(clip().join("truth.json")).unwrap()).unwrap();
+        let frames = value["frames"].as_array().unwrap();
+        let (vertices, triangles) = read_ply(&std::fs::read(clip().join("head.ply")).unwrap());
+        Self {
+            camera: serde_json::from_value(value["camera"].clone()).unwrap(),
+            poses: frames.iter().map(|f| serde_json::from_value(f["cam_from_head"].clone()).unwrap()).collect(),
+            yaw_deg: frames.iter().map(|f| f["yaw_deg"].as_f64().unwrap()).collect(),
+            vertices,
+            triangles,
+        }
+    }
+
+    /// Nearest point of the head on a pixel's ray, and its normal.
+    fn cast(&self, frame: usize, pixel: &Vec2) -> Option<(Vec3, Vec3)> {
+        let head_from_cam = self.poses[frame].inverse();
+        let (origin, ray) = (head_from_cam.translation, head_from_cam.rotation * self.camera.ray(pixel));
+        let hit = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|i| self.vertices[i as usize]);
+            let (ab, ac) = (b - a, c - a);
+            let across = ray.cross(&ac);
+            let determinant = ab.dot(&across);
+            let from_a = origin - a;
+            let u = from_a.dot(&across) / determinant;
+            let turned = from_a.cross(&ab);
+            let v = ray.dot(&turned) / determinant;
+            let along = ac.dot(&turned) / determinant;
+            (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && along > 0.0).then(|| (along, ab.cross(&ac).normalize()))
+        };
+        let nearest = self.triangles.iter().filter_map(hit).min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.map(|(along, normal)| (origin + ray * along, normal))
+    }
+
+    /// Where frame `b` shows what a pixel of frame `a` shows; `None` off the head and where it is turned away.
+    fn carried(&self, a: usize, b: usize, pixel: &Vec2) -> Option<Vec2> {
+        let (point, normal) = self.cast(a, pixel)?;
+        let in_b = self.poses[b].apply(&point);
+        let facing = -(self.poses[b].rotation * normal).dot(&in_b.normalize());
+        self.camera.project(&in_b).filter(|_| facing > RIM)
+    }
+}
+
+/// Vertices and triangles of a binary PLY of three float32, and of one uchar and three int32.
+fn read_ply(bytes: &[u8]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let end = b"end_header\n";
+    let body = bytes.windows(end.len()).position(|w| w == end).unwrap() + end.len();
+    let header = std::str::from_utf8(&bytes[..body]).unwrap();
+    let count =
+        |name: &str| header.lines().find_map(|l| l.strip_prefix(name)).unwrap().trim().parse::<usize>().unwrap();
+    let (vertices, faces) = (count("element vertex "), count("element face "));
+    let (points, triangles) = bytes[body..].split_at(12 * vertices);
+    let number = |b: &[u8], k: usize| f64::from(f32::from_le_bytes(b[4 * k..4 * k + 4].try_into().unwrap()));
+    let index = |b: &[u8], k: usize| u32::from_le_bytes(b[1 + 4 * k..5 + 4 * k].try_into().unwrap());
+    (
+        points.chunks_exact(12).map(|b| Vec3::new(number(b, 0), number(b, 1), number(b, 2))).collect(),
+        triangles.chunks_exact(13).take(faces).map(|b| [index(b, 0), index(b, 1), index(b, 2)]).collect(),
+    )
+}
+
+fn frame(index: usize) -> PathBuf {
+    FILM.frames.frames[index].path.clone()
+}
+
+fn matched(a: usize, b: usize, options: &MatchOptions) -> facewright::MatchedPair {
+    let camera = Some(&FILM.camera);
+    let matches = match_pair(&frame(a), &frame(b), camera, &FILM.assets, options, &Progress::new()).unwrap();
+    matches.pairs[0].clone()
+}
+
+/// The frame turned by about so many degrees more than the first of a pair.
+fn turned_by(a: usize, degrees: f64) -> usize {
+    let yaw = &FILM.truth.yaw_deg;
+    let off = |i: usize| (yaw[i] - yaw[a] - degrees).abs();
+    (0..yaw.len()).min_by(|&i, &j| off(i).total_cmp(&off(j))).unwrap()
+}
+
+#[test]
+fn matches_of_two_frames_are_within_a_pixel_and_those_kept_are_right() {
+    let start = turned_by(0, 15.0);
+    for (degrees, least) in [(6.0, 0.95), (11.0, 0.90), (16.0, 0.80)] {
+        let pair = matched(start, turned_by(start, degrees), &MatchOptions::default());
+        let errors: Vec<(f64, bool)> = pair
+            .points
+            .iter()
+            .filter_map(|p| {
+                let truth = FILM.truth.carried(start, turned_by(start, degrees), &Vec2::new(p.0, p.1))?;
+                Some(((truth - Vec2::new(p.2, p.3)).norm(), p.4 == 1))
+            })
+            .collect();
+        let part = |limit: f64, of: &[f64]| of.iter().filter(|e| **e <= limit).count() as f64 / of.len() as f64;
+        let all: Vec<f64> = errors.iter().map(|e| e.0).collect();
+        let kept: Vec<f64> = errors.iter().filter(|e| e.1).map(|e| e.0).collect();
+        assert!(all.len() > 55, "{} points at {degrees}°", all.len());
+        assert!(part(1.0, &all) >= least, "{degrees}°: {} within a pixel", part(1.0, &all));
+        assert!(part(1.5, &kept) >= 0.98, "{degrees}°: {} of those kept", part(1.5, &kept));
+    }
+}
+
+#[test]
+fn the_correction_can_be_left_out_and_says_what_it_did() {
+    let (a, b) = (turned_by(0, 15.0), turned_by(0, 27.0));
+    let method = Method::Paper;
+    let plain = matched(a, b, &MatchOptions { correct: false, method, ..MatchOptions::default() });
+    let corrected = matched(a, b, &MatchOptions { method, ..MatchOptions::default() });
+    assert!(plain.outcomes.iter().all(|outcome| !outcome.starts_with("moved")));
+    assert_eq!(plain.tracked, corrected.tracked);
+    assert_eq!(corrected.violations_after, 0);
+    assert_eq!(corrected.points.len(), corrected.outcomes.len());
+}
+
+#[test]
+fn tracks_stay_on_their_point_through_the_whole_turn() {
+    let mut errors = Vec::new();
+    for point in &FILM.tracks.tracks {
+        let own = point.observations.iter().find(|o| o.0 == point.reference).unwrap();
+        for o in point.observations.iter().filter(|o| o.0 != point.reference) {
+            let truth = FILM.truth.carried(point.reference, o.0, &Vec2::new(own.1, own.2));
+            errors.extend(truth.map(|truth| (truth - Vec2::new(o.1, o.2)).norm()));
+        }
+    }
+    let within = |limit: f64| errors.iter().filter(|e| **e <= limit).count() as f64 / errors.len() as f64;
+    assert!(errors.len() > 1000, "{} observations", errors.len());
+    assert!(within(1.0) > 0.95 && within(1.5) > 0.98, "{} within 1, {} within 1.5 px", within(1.0), within(1.5));
+    assert!(FILM.tracks.frames.iter().all(|f| f.used && f.points >= 60), "{:?}", FILM.tracks.frames);
+    assert!(FILM.tracks.tracks.iter().any(|t| t.region == Region::Mouth));
+}
+
+#[test]
+fn one_thread_and_two_give_the_same_tracks() {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let alone = pool.install(|| track(&FILM.frames, &FILM.assets, &options(FILM.camera), &Progress::new()).unwrap());
+    assert_eq!(serde_json::to_string(&alone).unwrap(), serde_json::to_string(&FILM.tracks).unwrap());
+}
+
+#[test]
+fn the_papers_tracker_follows_the_film_too() {
+    let options = TrackClipOptions { method: Method::Paper, points: 66, ..options(FILM.camera) };
+    let tracks = track(&FILM.frames, &FILM.assets, &options, &Progress::new()).unwrap();
+    assert!(tracks.tracks.len() > 30, "{}", tracks.tracks.len());
+    assert!(tracks.tracks.iter().all(|t| t.reference == tracks.tracks[0].reference));
+}
+
+#[test]
+fn a_face_that_leaves_ends_its_tracks_with_a_reason() {
+    let mut inputs: Vec<PathBuf> = (0..6).map(frame).collect();
+    let leaving = tempfile::tempdir().unwrap();
+    let empty = leaving.path().join("gone.png");
+    image::RgbImage::from_pixel(FILM.frames.width, FILM.frames.height, image::Rgb([90; 3])).save(&empty).unwrap();
+    inputs.push(empty);
+    let frames = FrameSet::open(&inputs, &Progress::new()).unwrap();
+    let tracks = track(&frames, &FILM.assets, &options(FILM.camera), &Progress::new()).unwrap();
+    assert_eq!((tracks.frames[6].used, tracks.frames[6].reason.as_str()), (false, "no face"));
+    assert!(tracks.tracks.iter().all(|t| t.gaps.last().is_some_and(|gap| gap.1 == 6 && gap.2 == "no face")));
+}
+
+#[test]
+fn a_head_is_reconstructed_from_given_tracks_and_not_from_those_of_another_clip() {
+    let given = |tracks: Tracks| ReconstructOptions {
+        camera: Some(FILM.camera),
+        texture_size: 256,
+        tracks: Some(tracks),
+        ..ReconstructOptions::default()
+    };
+    let made = reconstruct(&FILM.frames, &FILM.assets, &given(FILM.tracks.clone()), &Progress::new()).unwrap();
+    assert!(made.report.points >= 60, "{} points", made.report.points);
+    assert!(made.report.warnings.iter().all(|w| !w.contains("landmarks alone")), "{:?}", made.report.warnings);
+    let mut other = FILM.tracks.clone();
+    other.frames.swap(0, 1);
+    let refused = reconstruct(&FILM.frames, &FILM.assets, &given(other), &Progress::new());
+    assert!(refused.err().unwrap().to_string().starts_with("these are no tracks of this clip"));
+}
+
+#[test]
+fn options_that_cannot_be_are_refused_before_the_work() {
+    let refused = |options: TrackClipOptions| {
+        track(&FILM.frames, &FILM.assets, &options, &Progress::new()).unwrap_err().to_string()
+    };
+    assert!(refused(TrackClipOptions { window: Some(8), ..options(FILM.camera) }).contains("odd number"));
+    assert!(refused(TrackClipOptions { points: 1, ..options(FILM.camera) }).contains("8 to 5000"));
+    let nowhere = TrackClipOptions { from: Some("elsewhere".to_owned()), ..options(FILM.camera) };
+    assert!(refused(nowhere).contains("no frame elsewhere"));
+}
