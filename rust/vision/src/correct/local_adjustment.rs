@@ -1,35 +1,79 @@
 //! The paper's local adjustment: no two matches on a line may cross (section 2.4, after Jia, Zhang and Lin 2000).
 //!
-//! A line is a band of rows. Two points of it are a cross match if their order from left to right is not the same in
-//! both frames. The point with the most cross matches is taken, and its match is searched again between the matches of
-//! its neighbours, by the least sum of squared differences of a window, where it has fewer; until none is left. A
-//! point for which there is no such place is rejected. Of two points that cross equally often the one whose windows
-//! differ more is taken.
+//! The paper's steps, and what is done where its print leaves them open:
+//! - *Lines.* Through every point runs a band of rows and a band of columns, so that lines overlap and a head that nods
+//!   is ordered as well as one that turns. Two points are compared along the axis on which they are farther apart.
+//! - *Cross matches.* Two points of a line cross if their order along it is not the same in both frames, or if they fall
+//!   together in the second one.
+//! - *The point with the most cross matches* goes first; of several the one that looks least alike in both frames.
+//! - *The range of its new match* lies around the shift of its neighbours on its lines, of those that cross no other: as
+//!   far off as the surface may be folded, so the wider the farther away they are.
+//! - *The new match* is the place of that range with fewer cross matches that looks most alike (normalised cross
+//!   correlation, less a little for places far from the neighbours' shift), finely placed by the tracker.
+//! - *Until none is left.* A point for which there is no such place is set aside.
+//!
+//! Order alone does not see every wrong match: one that slid along a lash keeps its order. So the same search is then made
+//! for each match that most of its neighbours contradict, or one of them where it also looks much less alike than others of
+//! the two frames do; for those set aside; and for the points that the tracker had lost. Matches that most neighbours
+//! still contradict then, or one where it does not look alike at all, are rejected.
+
+mod lines;
+mod range;
+mod windows;
 
 use super::{CorrectError, Correction, Match, Outcome, Reason, positive};
-use crate::pyramid::{Level, Pyramid};
+use crate::pyramid::Pyramid;
+use crate::track::{Guess, Status, TrackOptions, track};
 use geometry::Vec2;
+use lines::{Lines, Neighbour, crosses};
+use range::{Range, contradictions};
+use windows::Windows;
+
+/// Smaller windows look alike in too many places to be told apart, pixels.
+const LEAST_WINDOW: usize = 11;
+/// What a place loses in likeness at the limit of its range.
+const FAR: f64 = 0.15;
+/// The tracker does not place a match farther than this from where it looks most alike, pixels.
+const FINE_PX: f64 = 2.0;
+/// Matches that became right show others where to look: so often all are looked at.
+const ROUNDS: usize = 3;
 
 /// How lines are made and searched.
 #[derive(Clone, Debug)]
 pub struct LocalAdjustmentOptions {
-    /// Height of the band of rows of `a` that counts as a line, pixels; the paper gives none.
+    /// Height of the bands of rows and width of the bands of columns of `a` that count as lines, pixels; the paper gives
+    /// none. About a fifth of a face's width: 24 suits 352×288.
     pub band_px: f64,
-    /// Side of the compared windows, pixels; odd.
+    /// Side of the tracker's window, pixels; odd. Windows that are compared are no smaller than it and 11 pixels.
     pub window: usize,
-    /// How far from the place its neighbours' displacement suggests a match is searched along the line, pixels.
-    pub search_px: f64,
-    /// The same across the line.
-    pub across_px: f64,
+    /// How far two right matches' shifts differ by their own errors, pixels.
+    pub slack_px: f64,
+    /// How far they differ besides, per pixel that they are apart, before they contradict each other: skin that is
+    /// inclined to the picture by 45° has 0.2 at a turn of 12°.
+    pub gradient: f64,
+    /// The same for places where a match is looked for; two that cross have more than 1.
+    pub search_gradient: f64,
+    /// A match that a neighbour contradicts is searched again if its correlation is below this part of the best tenth's.
+    pub alike: f64,
+    /// A match that a neighbour contradicts in the end is rejected if its correlation is below this, −1 … 1.
+    pub least_likeness: f64,
 }
 
 impl Default for LocalAdjustmentOptions {
     fn default() -> Self {
-        Self { band_px: 12.0, window: 7, search_px: 12.0, across_px: 3.0 }
+        Self {
+            band_px: 24.0,
+            window: 7,
+            slack_px: 1.5,
+            gradient: 0.2,
+            search_gradient: 0.5,
+            alike: 0.8,
+            least_likeness: 0.4,
+        }
     }
 }
 
-/// Moves or rejects matches until no two on a line cross.
+/// Moves or rejects matches until no two on a line cross, and none is out of its range.
 pub fn local_adjustment(
     a: &Pyramid,
     b: &Pyramid,
@@ -37,191 +81,208 @@ pub fn local_adjustment(
     options: &LocalAdjustmentOptions,
 ) -> Result<Correction, CorrectError> {
     positive("band_px", options.band_px)?;
-    positive("search_px", options.search_px)?;
-    positive("across_px", options.across_px)?;
+    positive("slack_px", options.slack_px)?;
+    positive("gradient", options.gradient)?;
+    positive("search_gradient", options.search_gradient)?;
     let mut correction = Correction::unchanged(matches);
-    let mut adjuster = Adjuster { a: a.finest(), b: b.finest(), options, windows: Default::default() };
-    for line in lines(&correction, options.band_px) {
-        adjuster.line(line, &mut correction);
+    let mut adjuster = Adjuster {
+        pictures: [a, b],
+        options,
+        lines: Lines::new(matches, options.band_px),
+        windows: Windows::new(a.finest(), b.finest(), options.window.max(LEAST_WINDOW)),
+        against: correction.outcomes.iter().map(|outcome| (!outcome.is_usable()).then_some(Reason::Missing)).collect(),
+        usable: correction.outcomes.iter().map(|outcome| outcome.is_usable()).collect(),
+        matches: matches.to_vec(),
+    };
+    correction.violations_before = adjuster.cross_matches();
+    adjuster.set_aside_unlike();
+    adjuster.uncross();
+    for _ in 0..ROUNDS {
+        adjuster.bring_into_range();
+        adjuster.search_set_aside();
+    }
+    adjuster.uncross();
+    adjuster.reject();
+    correction.violations_after = adjuster.cross_matches();
+    for (i, outcome) in correction.outcomes.iter_mut().enumerate() {
+        let reason = adjuster.against[i].unwrap_or(Reason::Order);
+        let moved = adjuster.matches[i].b != matches[i].b;
+        *outcome = match adjuster.usable[i] {
+            true if moved => Outcome::Moved(reason),
+            true => Outcome::Kept,
+            false => Outcome::Rejected(reason),
+        };
+        if adjuster.usable[i] {
+            correction.matches[i] = adjuster.matches[i];
+        }
     }
     Ok(correction)
 }
 
-/// Indices of the usable matches of each band, from left to right in `a`.
-fn lines(correction: &Correction, band_px: f64) -> Vec<Vec<usize>> {
-    let mut bands = std::collections::BTreeMap::<i64, Vec<usize>>::new();
-    for (i, m) in correction.matches.iter().enumerate() {
-        if correction.outcomes[i].is_usable() {
-            bands.entry((m.a.y / band_px).floor() as i64).or_default().push(i);
-        }
-    }
-    let mut lines: Vec<_> = bands.into_values().collect();
-    for line in &mut lines {
-        line.sort_by(|&i, &j| correction.matches[i].a.x.total_cmp(&correction.matches[j].a.x));
-    }
-    lines
-}
-
-/// Whether two matches change their order, or fall together in `b`.
-fn cross(m: &Match, n: &Match) -> bool {
-    (m.a.x < n.a.x && m.b.x >= n.b.x) || (m.a.x > n.a.x && m.b.x <= n.b.x)
-}
-
-/// Cross matches of `m` on a line, itself left out.
-fn crossings(m: &Match, line: &[usize], but: usize, matches: &[Match]) -> usize {
-    line.iter().filter(|&&i| i != but && cross(m, &matches[i])).count()
-}
-
-struct Adjuster<'a> {
-    a: &'a Level,
-    b: &'a Level,
-    options: &'a LocalAdjustmentOptions,
-    windows: [Vec<f32>; 2],
+struct Adjuster<'p> {
+    pictures: [&'p Pyramid; 2],
+    options: &'p LocalAdjustmentOptions,
+    lines: Lines,
+    windows: Windows<'p>,
+    matches: Vec<Match>,
+    /// What was said against each match last.
+    against: Vec<Option<Reason>>,
+    /// Those not set aside.
+    usable: Vec<bool>,
 }
 
 impl Adjuster<'_> {
-    fn line(&mut self, mut line: Vec<usize>, correction: &mut Correction) {
-        let pairs = |line: &[usize], matches: &[Match]| {
-            line.iter().map(|&i| crossings(&matches[i], line, i, matches)).sum::<usize>() / 2
-        };
-        correction.violations_before += pairs(&line, &correction.matches);
-        while let Some((place, count)) = self.worst(&line, &correction.matches) {
-            let i = line[place];
-            match self.search(&line, place, count, &correction.matches) {
-                Some(found) => {
-                    correction.matches[i].b = found;
-                    correction.outcomes[i] = Outcome::Moved(Reason::Order);
+    /// Moves the match with the most cross matches until there are none.
+    fn uncross(&mut self) {
+        loop {
+            let counts = self.counts();
+            let Some(most) = counts.iter().copied().max().filter(|&most| most > 0) else { return };
+            let candidates = (0..counts.len()).filter(|&i| counts[i] == most).map(|i| (i, self.likeness(i)));
+            let Some((i, _)) = candidates.collect::<Vec<_>>().into_iter().min_by(|x, y| x.1.total_cmp(&y.1)) else {
+                return;
+            };
+            // A neighbour that crosses others is no bound.
+            let near = self.lines.nearest(i, |j| self.usable[j] && counts[j] == 0);
+            self.replace(i, &near, most, Reason::Order);
+        }
+    }
+
+    /// Sets matches aside that look much less alike than others do and that a neighbour contradicts.
+    fn set_aside_unlike(&mut self) {
+        let usable: Vec<usize> = (0..self.matches.len()).filter(|&i| self.usable[i]).collect();
+        let mut likeness: Vec<(f64, usize)> = usable.into_iter().map(|i| (self.likeness(i), i)).collect();
+        likeness.sort_by(|x, y| x.0.total_cmp(&y.0));
+        let Some((best_tenth, _)) = likeness.get(9 * likeness.len() / 10) else { return };
+        let (least, counts) = (self.options.alike * best_tenth, self.counts());
+        likeness.retain(|&(likeness, i)| likeness < least && self.contradictions(i) > 0.0);
+        for (_, i) in likeness {
+            self.usable[i] = false;
+            self.against[i] = Some(if counts[i] > 0 { Reason::Order } else { Reason::Appearance });
+        }
+    }
+
+    /// Searches each match again that most of its neighbours contradict, those that have most against them first.
+    fn bring_into_range(&mut self) {
+        let mut tried = vec![false; self.matches.len()];
+        loop {
+            let mut worst: Option<(f64, usize)> = None;
+            for i in (0..self.matches.len()).filter(|&i| self.usable[i] && !tried[i]) {
+                let share = self.contradictions(i);
+                if share > 0.5 && worst.is_none_or(|(most, _)| share > most) {
+                    worst = Some((share, i));
                 }
-                None => {
-                    correction.outcomes[i] = Outcome::Rejected(Reason::Order);
-                    line.remove(place);
+            }
+            let Some((share, i)) = worst else { return };
+            tried[i] = true;
+            let near = self.near(i);
+            self.replace(i, &near, usize::MAX, Reason::Residual);
+            self.usable[i] &= self.contradictions(i) < share;
+        }
+    }
+
+    /// Searches the points that were set aside or lost where they cross none.
+    fn search_set_aside(&mut self) {
+        for i in 0..self.matches.len() {
+            if !self.usable[i] {
+                let near = self.near(i);
+                if let Some(found) = self.search(i, &near, 1) {
+                    self.matches[i].b = found;
+                    self.usable[i] = true;
                 }
             }
         }
-        correction.violations_after += pairs(&line, &correction.matches);
     }
 
-    /// The place on the line, and the count, of the match with the most cross matches; `None` if there are none.
-    fn worst(&mut self, line: &[usize], matches: &[Match]) -> Option<(usize, usize)> {
-        let counts: Vec<usize> = line.iter().map(|&i| crossings(&matches[i], line, i, matches)).collect();
-        let most = counts.iter().copied().max().filter(|&most| most > 0)?;
-        let candidates = (0..line.len()).filter(|&place| counts[place] == most);
-        let differences =
-            candidates.map(|place| (place, self.difference(&matches[line[place]].a, &matches[line[place]].b)));
-        differences.reduce(|x, y| if y.1 > x.1 { y } else { x }).map(|(place, _)| (place, most))
+    /// Sets matches aside for good that their neighbours or their looks contradict.
+    fn reject(&mut self) {
+        for i in 0..self.matches.len() {
+            if !self.usable[i] {
+                continue;
+            }
+            let contradictions = self.contradictions(i);
+            if contradictions > 0.5 {
+                (self.usable[i], self.against[i]) = (false, Some(Reason::Residual));
+            } else if contradictions > 0.0 && self.likeness(i) < self.options.least_likeness {
+                (self.usable[i], self.against[i]) = (false, Some(Reason::Appearance));
+            }
+        }
     }
 
-    /// The best place with fewer cross matches, between the matches of the neighbours.
-    fn search(&mut self, line: &[usize], place: usize, count: usize, matches: &[Match]) -> Option<Vec2> {
-        let (i, options) = (line[place], self.options);
-        // A neighbour that crosses others is no bound.
-        let sound = |j: &&usize| line.iter().all(|&k| k == i || k == **j || !cross(&matches[k], &matches[**j]));
-        let left = line[..place].iter().rev().find(sound).map(|&j| matches[j]);
-        let right = line[place + 1..].iter().find(sound).map(|&j| matches[j]);
-        let displacements: Vec<Vec2> = [left, right].into_iter().flatten().map(|m| m.b - m.a).collect();
-        let u = matches[i].a;
-        let expected = u + displacements.iter().sum::<Vec2>() / displacements.len().max(1) as f64;
-        let low = left.map_or(f64::NEG_INFINITY, |m| m.b.x).max(expected.x - options.search_px);
-        let high = right.map_or(f64::INFINITY, |m| m.b.x).min(expected.x + options.search_px);
+    /// Searches a match again and sets it aside if that finds none.
+    fn replace(&mut self, i: usize, near: &[Neighbour], fewer_than: usize, reason: Reason) {
+        self.against[i] = Some(reason);
+        match self.search(i, near, fewer_than) {
+            Some(found) => self.matches[i].b = found,
+            None => self.usable[i] = false,
+        }
+    }
+
+    /// Where a point looks most alike in its range with fewer cross matches than so many.
+    fn search(&mut self, i: usize, near: &[Neighbour], fewer_than: usize) -> Option<Vec2> {
+        let (u, options) = (self.matches[i].a, self.options);
+        let range = Range::settle(&u, near, &self.matches, options.slack_px, options.search_gradient)?;
         // Candidates are whole pixels away from `u`, so that windows can be compared without interpolation.
-        let (from, to) = ((low - u.x).floor() as i64 + 1, (high - u.x).ceil() as i64 - 1);
-        let (above, below) =
-            ((expected.y - options.across_px - u.y).ceil(), (expected.y + options.across_px - u.y).floor());
-        let mut best = None;
-        for dy in above as i64..=below as i64 {
-            for dx in from..=to {
-                let candidate = u + Vec2::new(dx as f64, dy as f64);
-                if crossings(&Match { a: u, b: candidate }, line, i, matches) < count {
-                    let difference = self.difference(&u, &candidate);
-                    if difference.is_finite() && best.is_none_or(|(least, _)| difference < least) {
-                        best = Some((difference, candidate));
-                    }
-                }
+        let middle = range.shift.map(f64::round);
+        let reach = range.reach.ceil() as i64;
+        let mut best: Option<(f64, Vec2)> = None;
+        for (dy, dx) in (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (dy, dx))) {
+            let candidate = u + middle + Vec2::new(dx as f64, dy as f64);
+            if self.crossings(i, &candidate) >= fewer_than {
+                continue;
+            }
+            let Some(likeness) = self.windows.likeness(&u, &candidate) else { continue };
+            let far = (candidate - u - range.shift) / range.reach;
+            let score = likeness - FAR * far.norm_squared();
+            if best.is_none_or(|(most, _)| score > most) {
+                best = Some((score, candidate));
             }
         }
-        let (least, coarse) = best?;
-        let fine = self.refined(&u, &coarse, least);
-        let fewer = low < fine.x && fine.x < high && crossings(&Match { a: u, b: fine }, line, i, matches) < count;
-        Some(if fewer { fine } else { coarse })
+        let (_, coarse) = best?;
+        let fine = self.finely_placed(&u, &coarse).filter(|fine| self.crossings(i, fine) < fewer_than);
+        Some(fine.unwrap_or(coarse))
     }
 
-    /// The minimum between whole pixels, by parabolas along both axes.
-    fn refined(&mut self, u: &Vec2, coarse: &Vec2, least: f64) -> Vec2 {
-        let mut offset = |step: Vec2| {
-            let (before, after) = (self.difference(u, &(coarse - step)), self.difference(u, &(coarse + step)));
-            let curvature = before - 2.0 * least + after;
-            let offset = 0.5 * (before - after) / curvature;
-            if curvature > 0.0 && offset.abs() <= 0.5 { offset } else { 0.0 }
-        };
-        coarse + Vec2::new(offset(Vec2::x()), offset(Vec2::y()))
+    /// What the tracker makes of a place to the whole pixel; none if it does not stay there.
+    fn finely_placed(&self, u: &Vec2, coarse: &Vec2) -> Option<Vec2> {
+        let options = TrackOptions { levels: 1, forward_backward_px: None, ..TrackOptions::default() };
+        let [a, b] = self.pictures;
+        let tracks = track(a, b, &[*u], Some(&[Guess::at(*coarse)]), &options).ok()?;
+        let found = tracks.first().filter(|track| track.status == Status::Found)?;
+        Some(found.position).filter(|fine| (fine - coarse).norm() < FINE_PX)
     }
 
-    /// Sum of squared differences of the windows around a point of `a` and a point of `b`, to the whole pixel between
-    /// them; infinite where a window leaves the frame.
-    fn difference(&mut self, u: &Vec2, v: &Vec2) -> f64 {
-        let (half, side) = ((self.options.window / 2) as isize, self.options.window / 2 * 2 + 1);
-        let shift = (v - u).map(|d| d.round());
-        let first = u.map(|x| x.round());
-        if !self.a.contains(&first, half as f64) || !self.b.contains(&(first + shift), half as f64) {
-            return f64::INFINITY;
-        }
-        let [p, q] = &mut self.windows;
-        for (level, at, window) in [(self.a, first, &mut *p), (self.b, first + shift, &mut *q)] {
-            level.copy_window(at.x as isize - half, at.y as isize - half, side, side, window);
-        }
-        p.iter().zip(&*q).map(|(p, q)| f64::from(p - q).powi(2)).sum()
+    /// Cross matches of point `i` if its match were `b`.
+    fn crossings(&self, i: usize, b: &Vec2) -> usize {
+        self.lines.of(i).iter().filter(|n| self.usable[n.index] && crosses(b, n, &self.matches)).count()
+    }
+
+    /// Cross matches of each point.
+    fn counts(&self) -> Vec<usize> {
+        let count = |i: usize| if self.usable[i] { self.crossings(i, &self.matches[i].b) } else { 0 };
+        (0..self.matches.len()).map(count).collect()
+    }
+
+    /// Pairs that cross.
+    fn cross_matches(&self) -> usize {
+        self.counts().iter().sum::<usize>() / 2
+    }
+
+    fn near(&self, i: usize) -> Vec<Neighbour> {
+        self.lines.nearest(i, |j| self.usable[j])
+    }
+
+    /// Which part of its neighbours contradicts a match.
+    fn contradictions(&self, i: usize) -> f64 {
+        let options = self.options;
+        contradictions(&self.matches[i], &self.near(i), &self.matches, options.slack_px, options.gradient)
+    }
+
+    /// Correlation of a match; where a window leaves the frame nothing speaks against it.
+    fn likeness(&mut self, i: usize) -> f64 {
+        let m = self.matches[i];
+        self.windows.likeness(&m.a, &m.b).unwrap_or(1.0)
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::neighbours::tests::{displaced, picture, row_of_points};
-    use super::*;
-
-    #[test]
-    fn a_planted_cross_match_is_moved_back() {
-        let shift = Vec2::new(6.0, 1.0);
-        let (a, b) = (picture(Vec2::zeros()), picture(shift));
-        let mut matches = displaced(&row_of_points(), shift);
-        matches[4].b.x += 35.0;
-        let correction = local_adjustment(&a, &b, &matches, &LocalAdjustmentOptions::default()).unwrap();
-        assert!(correction.violations_before >= 2);
-        assert_eq!(correction.violations_after, 0);
-        assert_eq!(correction.outcomes[4], Outcome::Moved(Reason::Order));
-        assert!((correction.matches[4].b - matches[4].a - shift).norm() < 0.1, "{:?}", correction.matches[4]);
-        assert_eq!(correction.outcomes.iter().filter(|&&outcome| outcome == Outcome::Kept).count(), matches.len() - 1);
-    }
-
-    #[test]
-    fn every_cross_match_goes_even_when_half_of_a_line_is_wrong() {
-        let shift = Vec2::new(4.0, 0.0);
-        let (a, b) = (picture(Vec2::zeros()), picture(shift));
-        let mut matches = displaced(&row_of_points(), shift);
-        for (k, m) in matches.iter_mut().enumerate().filter(|(k, _)| k % 2 == 1) {
-            m.b.x += if k % 4 == 1 { 40.0 } else { -45.0 };
-        }
-        let correction = local_adjustment(&a, &b, &matches, &LocalAdjustmentOptions::default()).unwrap();
-        assert!(correction.violations_before > 0);
-        assert_eq!(correction.violations_after, 0);
-    }
-
-    #[test]
-    fn matches_in_order_and_none_at_all_are_left_alone() {
-        let (a, shift) = (picture(Vec2::zeros()), Vec2::new(3.0, 0.0));
-        let matches = displaced(&row_of_points(), shift);
-        let correction = local_adjustment(&a, &a, &matches, &LocalAdjustmentOptions::default()).unwrap();
-        assert_eq!(correction.matches, matches);
-        assert!(correction.outcomes.iter().all(|&outcome| outcome == Outcome::Kept));
-        assert!(local_adjustment(&a, &a, &[], &LocalAdjustmentOptions::default()).unwrap().matches.is_empty());
-    }
-
-    #[test]
-    fn a_line_without_height_is_refused_and_nan_is_rejected() {
-        let a = picture(Vec2::zeros());
-        let flat = LocalAdjustmentOptions { band_px: 0.0, ..Default::default() };
-        assert!(matches!(local_adjustment(&a, &a, &[], &flat), Err(CorrectError::Option { name: "band_px", .. })));
-        let broken = [Match { a: Vec2::new(f64::NAN, 0.0), b: Vec2::zeros() }];
-        let correction = local_adjustment(&a, &a, &broken, &LocalAdjustmentOptions::default()).unwrap();
-        assert_eq!(correction.outcomes, [Outcome::Rejected(Reason::Missing)]);
-    }
-}
+mod tests;

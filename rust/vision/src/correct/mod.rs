@@ -53,7 +53,7 @@ pub struct Match {
 }
 
 impl Match {
-    /// A point that was not found in `b` (its `b` is NaN): [`geometric`] looks for it where its neighbours put it.
+    /// A point that was not found in `b` (its `b` is NaN): it is looked for where its neighbours put it.
     pub fn missing(a: Vec2) -> Self {
         Self { a, b: Vec2::repeat(f64::NAN) }
     }
@@ -64,8 +64,10 @@ impl Match {
 pub enum Reason {
     /// Its order among its neighbours is not the same in both frames.
     Order,
-    /// It is not where its neighbours' local affine map puts it.
+    /// It is not where its neighbours' local affine map, or their shift, puts it.
     Residual,
+    /// Its surroundings look different in `b`.
+    Appearance,
     /// It is not where the caller expects it.
     Expectation,
     /// Too few neighbours are left to judge it by.
@@ -79,6 +81,7 @@ impl Display for Reason {
         f.write_str(match self {
             Self::Order => "order",
             Self::Residual => "away from its neighbours",
+            Self::Appearance => "looks different",
             Self::Expectation => "not where the motion puts it",
             Self::Isolated => "no neighbours",
             Self::Missing => "not found",
