@@ -2,12 +2,12 @@
 //!
 //! # Entry points
 //! - [`FrameSet::open`], [`Assets::load`], [`reconstruct`]: the whole path; [`Reconstruction::write`] leaves its files.
-//! - [`calibrate`], [`board`], [`match_pair`], [`overlay`]: the other commands of the `facewright` program.
+//! - [`calibrate`], [`board`], [`match_pair`], [`track`], [`overlay`]: the other commands of the `facewright` program.
 //! - [`calibration_picture`] draws a calibration, [`match_picture`] matches; they and [`board`] make a [`drawing`] in
 //!   millimetres, which is written as SVG, PDF or PNG.
 //!
 //! # Order of work
-//! `frames` → `observe` (faces) → `clip` (landmark fit, choice of frames) → `tracks` → `solve` (motion, bundle) →
+//! `frames` → `observe` → `faces` (landmark fit) → `clip` (choice of frames) → `track` → `solve` (motion, bundle) →
 //! `shape` (class, free deformation, eyes) → keys → `skin` (textures) → `result`. `paper` takes the paper's steps instead.
 //!
 //! # Conventions
