@@ -6,6 +6,8 @@
 //! - `bench measure WORD FOLDER RESULT` writes our times and answers, `peers/WORD.py FOLDER RESULT` the peer's, in turn;
 //! - `bench table WORD FOLDER RESULTS…` judges all answers by the same code and prints one table.
 //!
+//! The word `tables` is the paper's Tables 1 and 2, printed by `cargo x tables` beside the paper's own figures.
+//!
 //! Times are the processor's, one thread each, medians of several rounds: a busy machine hardly changes them.
 #![forbid(unsafe_code)]
 
@@ -18,6 +20,7 @@ mod motion;
 mod results;
 mod scenes;
 mod table;
+mod tables;
 mod track;
 
 use clap::{Parser, Subcommand, ValueEnum};
@@ -47,6 +50,7 @@ enum Word {
     Track,
     Motion,
     Degraded,
+    Tables,
 }
 
 impl Step {
@@ -72,6 +76,10 @@ fn main() -> anyhow::Result<()> {
             Step::Inputs { folder, .. } => degraded::write(folder),
             Step::Measure { .. } => anyhow::bail!("`cargo x degraded` runs the program itself"),
             Step::Table { folder, .. } => degraded::print(folder),
+        },
+        Word::Tables => match &step {
+            Step::Table { folder, results, .. } => tables::print(folder, results),
+            step => step.run::<tables::Tables>(),
         },
         Word::Calibrate => step.run::<calibrate::Calibrate>(),
         Word::Track => step.run::<track::Track>(),

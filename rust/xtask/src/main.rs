@@ -14,6 +14,7 @@ mod generic_head;
 mod gltf;
 mod gui;
 mod run;
+mod tables;
 mod test;
 
 use clap::{Parser, Subcommand};
@@ -60,6 +61,12 @@ enum Task {
         #[arg(long, default_value = "default", value_parser = ["default", "paper"])]
         method: String,
     },
+    /// The paper's tables of matching accuracy, ours and OpenCV's beside them
+    Tables {
+        /// Where to write them as JSON
+        #[arg(long)]
+        json: Option<PathBuf>,
+    },
     /// Builds the generic head and the landmark nets into target/assets
     Head,
     /// Builds the wheel and the validated extension zip into target/addon
@@ -75,6 +82,7 @@ fn main() -> anyhow::Result<()> {
         Task::Check => check::check(),
         Task::Bench { word } => bench::bench(word.as_deref()),
         Task::Degraded { method } => degraded::degraded(&method),
+        Task::Tables { json } => tables::tables(json.as_deref()),
         Task::Head => generic_head::build().map(drop),
         Task::Addon => addon::build().map(drop),
         Task::Fixtures => test::fixtures(),

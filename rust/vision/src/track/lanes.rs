@@ -26,7 +26,7 @@ macro_rules! plain {
         #[inline(always)]
         fn $name(self, mut a: Eight, b: Eight) -> Eight {
             for (a, b) in a.iter_mut().zip(&b) {
-                *a = *a $op *b;
+                *a $op *b;
             }
             a
         }
@@ -46,9 +46,9 @@ impl Vectors for Plain {
         register
     }
 
-    plain!(add, +);
-    plain!(sub, -);
-    plain!(mul, *);
+    plain!(add, +=);
+    plain!(sub, -=);
+    plain!(mul, *=);
 }
 
 #[cfg(target_arch = "x86_64")]

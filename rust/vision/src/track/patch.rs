@@ -317,9 +317,8 @@ impl PatchSums {
             stats.cross[k] = self.planes[5 + slope][power];
         }
         let energy = if self.energy > 0.0 { self.energy } else { f64::INFINITY };
-        for i in 0..count {
-            for j in 0..=i {
-                let ((si, pi), (sj, pj)) = (IMAGES[i], IMAGES[j]);
+        for (i, &(si, pi)) in IMAGES.iter().enumerate().take(count) {
+            for (j, &(sj, pj)) in IMAGES.iter().enumerate().take(i + 1) {
                 let mut sum = self.planes[si + sj][POWERS[pi][pj]];
                 if gain_bias {
                     sum -= stats.sums[i] * stats.sums[j] / total + stats.cross[i] * stats.cross[j] / energy;

@@ -233,7 +233,7 @@ fn both_updates_and_weights_agree_on_shifts_at_odd_sizes() {
     for window in [7, 9, 13, 17, 25, 31] {
         for window_sigma in [None, Some(0.5)] {
             let [added, composed] = [Update::ForwardAdditive, Update::InverseCompositional].map(|update| {
-                let options = TrackOptions { window, window_sigma, update, ..Default::default() };
+                let options = TrackOptions { window, window_sigma, update, noise: 0.0, ..Default::default() };
                 track(&a, &b, &points, None, &options).unwrap()
             });
             let (rms, largest) = errors(&composed, |i| points[i] + shift);
@@ -270,7 +270,7 @@ fn kept_templates_track_as_fresh_ones_do() {
 fn the_correlation_tells_the_same_patch_from_another() {
     let (a, points) = (picture(texture), corners());
     let brighter = picture(|at| 0.7 * texture(at - Vec2::new(1.2, 0.4)) + 30.0);
-    let options = TrackOptions { min_ncc: Some(0.9), ..Default::default() };
+    let options = TrackOptions { window: 15, min_ncc: Some(0.9), ..Default::default() };
     for track in track(&a, &brighter, &points, None, &options).unwrap() {
         assert_eq!(track.status, Status::Found);
         assert!(track.ncc > 0.99, "{}", track.ncc);

@@ -47,9 +47,9 @@ impl<const STRIPS: usize> Weights<STRIPS> {
         let (mut total, mut squares) = (0.0, 0.0);
         for i in 0..window.side {
             mask[i / LANES][i % LANES] = 1.0;
-            for j in 0..window.side {
+            for (j, line) in lines[i / LANES].iter_mut().enumerate().take(window.side) {
                 let weight = of(i) * of(j);
-                lines[i / LANES][j][i % LANES] = weight as f32;
+                line[i % LANES] = weight as f32;
                 total += weight;
                 squares += weight * weight;
             }
