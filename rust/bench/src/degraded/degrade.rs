@@ -112,7 +112,7 @@ impl Degradation {
             let frame = &frames[i];
             Picture::Pixels(match self {
                 Self::None => frame.clone(),
-                Self::MotionBlur => blurred(frame, if i % 3 == 0 { 9 } else { 5 }),
+                Self::MotionBlur => blurred(frame, if i.is_multiple_of(3) { 9 } else { 5 }),
                 Self::SlowExposure => brighter(frame, slow_gain(i)),
                 Self::SuddenExposure => brighter(frame, sudden_gain(i)),
                 Self::Compression => return Picture::Jpeg(compressed(frame)),

@@ -195,13 +195,8 @@ mod tests {
                 squares += w * s * s;
             }
         }
-        for k in 0..AFFINE {
-            assert!(
-                (sums.images[k] - images[k]).abs() < 1e-3 * scale,
-                "{side}, {k}: {} is not {}",
-                sums.images[k],
-                images[k]
-            );
+        for (k, (sum, image)) in sums.images.iter().zip(&images).enumerate() {
+            assert!((sum - image).abs() < 1e-3 * scale, "{side}, {k}: {sum} is not {image}");
         }
         assert!((sums.squares / squares - 1.0).abs() < 1e-4);
         assert!((patch.stats.hessian - hessian).norm() < 1e-3 * hessian.norm(), "{side}");
