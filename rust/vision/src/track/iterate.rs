@@ -3,7 +3,7 @@
 use super::Update;
 use super::lanes::{Kernel, Vectors};
 use super::measure::{Measure, Sums};
-use super::patch::Patch;
+use super::patch::{AFFINE, Patch, SHIFT};
 use super::region::{Region, Sight};
 use super::solve::{CONTRAST, Fit, Pose, Solver, plausible};
 use super::window::{Weights, Window};
@@ -66,7 +66,7 @@ impl<const STRIPS: usize> Search<'_, STRIPS> {
             rows: side,
             span: STRIPS * super::lanes::LANES,
         };
-        self.region.cover(self.level, &sight, true);
+        self.region.cover(self.level, &sight, interpolation, true);
         let task = Measure::<V, STRIPS, WARP, FULL> { vectors: v, patch: self.patch, window: self.window };
         self.region.read(v, &sight, interpolation, task)
     }
@@ -101,19 +101,22 @@ impl<const STRIPS: usize> Iterate<'_, STRIPS> {
         let mut pose = *self.pose;
         let (start, mut before, mut rate) = (pose.position, Vec2::zeros(), 1.0_f64);
         let mut rest = Rest { last: f64::INFINITY, fit: Fit { gain: 1.0, variance: 0.0, ncc: 0.0 } };
+        let mut last = Sums::default();
         for _ in 0..plan.max_steps {
             let sums = self.search.measure::<V, WARP, FULL>(v, &pose, plan.interpolation);
             let stats = &self.search.patch.stats;
             let gain = sums.gain(stats, plan.gain_bias).clamp(*CONTRAST.start(), *CONTRAST.end());
-            let products = sums.products(stats, total, plan.gain_bias, gain);
+            let products = sums.products(stats, total, plan.gain_bias, gain, if WARP { AFFINE } else { SHIFT });
             let (shift, stretch) = solver.solve(&products, &pose.warp, half);
             step::<WARP>(&mut pose, plan.update, &(shift * rate), &(stretch * rate))?;
             rest.last = shift.norm() + if WARP { 0.5 * half * stretch.norm() } else { 0.0 };
-            if FULL {
-                rest.fit = Fit::new(&sums, stats, total, plan.gain_bias);
-            }
-            if !(pose.position - start).norm().le(&plan.reach) || !plausible(&pose.warp) {
+            if !(pose.position - start).norm_squared().le(&(plan.reach * plan.reach))
+                || (WARP && !plausible(&pose.warp))
+            {
                 return None;
+            }
+            if FULL {
+                last = sums;
             }
             if rest.last < plan.enough {
                 break;
@@ -129,6 +132,9 @@ impl<const STRIPS: usize> Iterate<'_, STRIPS> {
             }
             before = shift;
         }
+        if FULL {
+            rest.fit = Fit::new(&last, &self.search.patch.stats, total, plan.gain_bias);
+        }
         *self.pose = pose;
         Some(rest)
     }
@@ -137,7 +143,9 @@ impl<const STRIPS: usize> Iterate<'_, STRIPS> {
 /// Moves a pose by a shift and a stretch of the template's frame.
 #[inline(always)]
 fn step<const WARP: bool>(pose: &mut Pose, update: Update, shift: &Vec2, stretch: &Matrix2<f64>) -> Option<()> {
-    if !WARP || update == Update::ForwardAdditive {
+    if !WARP {
+        pose.position -= pose.warp * shift;
+    } else if update == Update::ForwardAdditive {
         pose.position -= pose.warp * shift;
         pose.warp -= pose.warp * stretch;
     } else {

@@ -20,16 +20,19 @@ pub(super) struct Sums {
 
 impl Sums {
     /// Contrast of the window relative to the patch.
+    #[inline(always)]
     pub fn gain(&self, stats: &Stats, gain_bias: bool) -> f64 {
         if gain_bias && stats.energy > 0.0 { self.values / stats.energy } else { 1.0 }
     }
 
     /// Σ (s − mean of s)².
+    #[inline(always)]
     fn energy(&self, total: f64) -> f64 {
         (self.squares - self.sum * self.sum / total).max(0.0)
     }
 
     /// Mean squared difference after gain and bias, squared grey levels of the window.
+    #[inline(always)]
     pub fn variance(&self, stats: &Stats, total: f64, gain_bias: bool) -> f64 {
         let squares = if gain_bias {
             let explained = if stats.energy > 0.0 { self.values * self.values / stats.energy } else { 0.0 };
@@ -41,21 +44,27 @@ impl Sums {
     }
 
     /// Normalised correlation of the window with the patch, −1 … 1; zero if either is flat.
+    #[inline(always)]
     pub fn correlation(&self, stats: &Stats, total: f64) -> f64 {
         let scale = (stats.energy * self.energy(total)).sqrt();
         if scale > 0.0 { (self.values / scale).clamp(-1.0, 1.0) } else { 0.0 }
     }
 
-    /// Products of the steepest-descent images and the difference, brought to the patch's contrast.
-    pub fn products(&self, stats: &Stats, total: f64, gain_bias: bool, gain: f64) -> [f64; AFFINE] {
-        let mut products = [0.0; AFFINE];
+    /// Products of the first `unknowns` steepest-descent images and the difference, brought to the patch's contrast.
+    #[inline(always)]
+    pub fn products(&self, stats: &Stats, total: f64, gain_bias: bool, gain: f64, unknowns: usize) -> [f64; AFFINE] {
+        let mut products = self.images;
+        if !gain_bias {
+            for (product, cross) in products.iter_mut().zip(&stats.cross).take(unknowns) {
+                *product -= cross;
+            }
+            return products;
+        }
         let along = if stats.energy > 0.0 { self.values / stats.energy } else { 0.0 };
-        for (k, product) in products.iter_mut().enumerate() {
-            *product = if gain_bias {
-                (self.images[k] - stats.sums[k] * (self.sum / total) - stats.cross[k] * along) / gain
-            } else {
-                self.images[k] - stats.cross[k]
-            };
+        let (mean, scale) = (self.sum / total, 1.0 / gain);
+        let sums = stats.sums.iter().zip(&stats.cross);
+        for (product, (sum, cross)) in products.iter_mut().zip(sums).take(unknowns) {
+            *product = (*product - sum * mean - cross * along) * scale;
         }
         products
     }
@@ -160,7 +169,7 @@ mod tests {
             span: STRIPS * LANES,
         };
         region.clear();
-        region.cover(level, &sight, true);
+        region.cover(level, &sight, Interpolation::Bilinear, true);
         let sums = region.read(
             Plain,
             &sight,
@@ -195,8 +204,8 @@ mod tests {
                 squares += w * s * s;
             }
         }
-        for (k, (sum, image)) in sums.images.iter().zip(&images).enumerate() {
-            assert!((sum - image).abs() < 1e-3 * scale, "{side}, {k}: {sum} is not {image}");
+        for (k, image) in images.iter().enumerate() {
+            assert!((sums.images[k] - image).abs() < 1e-3 * scale, "{side}, {k}: {} is not {}", sums.images[k], image);
         }
         assert!((sums.squares / squares - 1.0).abs() < 1e-4);
         assert!((patch.stats.hessian - hessian).norm() < 1e-3 * hessian.norm(), "{side}");

@@ -1,7 +1,8 @@
 //! Points found again in another frame: pyramidal Lucas–Kanade (paper, section 2.3, eq. 2–4).
 //!
 //! # Entry points
-//! [`track`] with [`TrackOptions`]: [`TrackOptions::paper`] is the paper's tracker (shifts, plain differences),
+//! [`track()`] with [`TrackOptions`], or [`Templates`] to follow the patches of one frame through many.
+//! [`TrackOptions::paper`] is the paper's tracker (shifts, plain differences),
 //! [`TrackOptions::default`] compensates gain and bias, refines a local affine warp at the finest level and tracks
 //! back to check.
 //!
@@ -10,6 +11,12 @@
 //! and how it is warped there, so that over a long turn the caller keeps `a` and predicts from the head's pose instead
 //! of chaining frame to frame, which drifts. Levels are tracked from the coarsest to the finest,
 //! `g^{l−1} = 2 (g^l + d^l)`.
+//!
+//! When position and warp are predicted within a pixel or two (a head's pose), small windows win, because the skin is
+//! curved: 9 pixels with `window_sigma` 0.5 and `warp_sigma` 0.05.
+//!
+//! Every operation is rounded by itself and sums are made in a fixed order: results depend neither on the number of
+//! threads nor on the instruction set.
 //!
 //! # Source
 //! Lucas and Kanade 1981; Shi and Tomasi 1994; Bouguet, "Pyramidal implementation of the Lucas Kanade feature tracker",

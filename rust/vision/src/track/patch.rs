@@ -93,7 +93,7 @@ impl<const STRIPS: usize> Kernel for Taking<'_, STRIPS> {
         let sight =
             Sight { centre, warp: grid, origin: window.half + 1, columns, rows: columns, span: columns.max(LANES) };
         region.clear();
-        region.cover(level, &sight, false);
+        region.cover(level, &sight, interpolation, false);
         region.read(v, &sight, interpolation, Framing { columns, framed: &mut patch.framed });
         patch.differentiate(v, window, weights);
         let mut sums = PatchSums::default();

@@ -9,7 +9,7 @@ use geometry::Vec2;
 use nalgebra::Matrix2;
 
 /// Pixels fetched beyond what the first reading needs, so that the iterations that follow stay within.
-const SLACK: isize = 3;
+const SLACK: isize = 2;
 
 /// A window to be read: `columns × rows` samples, that at `(i, j)` from `centre + warp · (i − origin, j − origin)`.
 #[derive(Clone, Copy, Debug)]
@@ -32,12 +32,14 @@ impl Sight {
 
     /// First and last column and row of pixels that the kernels touch.
     #[inline(always)]
-    fn bounds(&self) -> [isize; 4] {
+    fn bounds(&self, interpolation: Interpolation) -> [isize; 4] {
         let (before, after) = (self.origin as f64, (self.rows - 1 - self.origin) as f64);
         if self.is_shifted() {
             let (x, y) = (self.centre.x.floor() as isize, self.centre.y.floor() as isize);
             let (left, top) = (x - self.origin as isize, y - self.origin as isize);
-            return [left - 1, left + self.span as isize + 1, top - 1, top + self.rows as isize + 1];
+            let more = if interpolation == Interpolation::Bicubic { 1 } else { 0 };
+            let (right, bottom) = (left + self.span as isize + more, top + self.rows as isize + more);
+            return [left - more, right, top - more, bottom];
         }
         let far = before.max(after);
         let x = far * (self.warp.m11.abs() + self.warp.m12.abs());
@@ -71,8 +73,8 @@ impl Region {
 
     /// Fetches pixels unless those at hand suffice for every kernel; `slack` for more than one reading.
     #[inline(always)]
-    pub fn cover(&mut self, level: &Level, sight: &Sight, slack: bool) {
-        let [x0, x1, y0, y1] = sight.bounds();
+    pub fn cover(&mut self, level: &Level, sight: &Sight, interpolation: Interpolation, slack: bool) {
+        let [x0, x1, y0, y1] = sight.bounds(interpolation);
         let held = x0 >= self.left
             && y0 >= self.top
             && x1 < self.left + self.width as isize
@@ -81,7 +83,6 @@ impl Region {
             return;
         }
         let slack = if slack { SLACK } else { 0 };
-        // Whole vectors are converted, so the slack on the right is what fills the last.
         (self.left, self.top) = (x0 - slack, y0 - slack);
         self.width = ((x1 + slack - self.left + 1) as usize).next_multiple_of(LANES);
         self.height = (y1 + slack - self.top + 1) as usize;
@@ -400,7 +401,7 @@ mod tests {
                 for interpolation in [Interpolation::Bilinear, Interpolation::Bicubic] {
                     let (origin, half, span) = (side / 2, (side / 2) as f64, side.next_multiple_of(LANES));
                     let sight = Sight { centre, warp, origin, columns: side, rows: side, span };
-                    region.cover(level, &sight, true);
+                    region.cover(level, &sight, interpolation, true);
                     let read = region.read(Plain, &sight, interpolation, Copy { columns: side, rows: side });
                     for (j, row) in read.iter().enumerate() {
                         for (i, &read) in row.iter().enumerate() {

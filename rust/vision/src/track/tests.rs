@@ -228,22 +228,19 @@ fn windows_and_guesses_that_do_not_fit_are_refused() {
 
 #[test]
 fn both_updates_and_weights_agree_on_shifts_at_odd_sizes() {
-    let (a, points, shift) = (picture(texture), corners(), Vec2::new(1.3, -0.8));
+    let (a, points, shift) = (picture(texture), corners(), Vec2::new(3.3, -2.6));
     let b = picture(|at| texture(at - shift));
+    let guesses: Vec<_> = points.iter().map(|p| Guess::at(p + shift + Vec2::new(0.7, -0.6))).collect();
     for window in [7, 9, 13, 17, 25, 31] {
         for window_sigma in [None, Some(0.5)] {
             let [added, composed] = [Update::ForwardAdditive, Update::InverseCompositional].map(|update| {
-                let options = TrackOptions { window, window_sigma, update, ..Default::default() };
-                track(&a, &b, &points, None, &options).unwrap()
+                let options = TrackOptions { window, window_sigma, update, levels: 1, ..Default::default() };
+                track(&a, &b, &points, Some(&guesses), &options).unwrap()
             });
-            // The smallest windows, weighed, hold too little texture of a point or two.
-            let found: Vec<usize> = (0..points.len()).filter(|&i| composed[i].status == Status::Found).collect();
-            assert!(found.len() + 3 >= points.len(), "{window}: {} found", found.len());
-            let (of_found, places): (Vec<Track>, Vec<Vec2>) = found.iter().map(|&i| (composed[i], points[i])).unzip();
-            let (rms, largest) = errors(&of_found, |i| places[i] + shift);
+            let (rms, largest) = errors(&composed, |i| points[i] + shift);
             assert!(rms < 0.02 && largest < 0.08, "{window}: rms {rms}, largest {largest}");
-            for &i in &found {
-                assert!((added[i].position - composed[i].position).norm() < 0.01, "{window}");
+            for (added, composed) in added.iter().zip(&composed) {
+                assert!((added.position - composed.position).norm() < 0.01, "{window}");
             }
         }
     }
@@ -274,7 +271,7 @@ fn kept_templates_track_as_fresh_ones_do() {
 fn the_correlation_tells_the_same_patch_from_another() {
     let (a, points) = (picture(texture), corners());
     let brighter = picture(|at| 0.7 * texture(at - Vec2::new(1.2, 0.4)) + 30.0);
-    let options = TrackOptions { window: 15, min_ncc: Some(0.9), ..Default::default() };
+    let options = TrackOptions { min_ncc: Some(0.95), ..Default::default() };
     for track in track(&a, &brighter, &points, None, &options).unwrap() {
         assert_eq!(track.status, Status::Found);
         assert!(track.ncc > 0.99, "{}", track.ncc);

@@ -47,7 +47,7 @@ impl<const STRIPS: usize> Weights<STRIPS> {
         let (mut total, mut squares) = (0.0, 0.0);
         for i in 0..window.side {
             mask[i / LANES][i % LANES] = 1.0;
-            for (j, line) in lines[i / LANES].iter_mut().enumerate().take(window.side) {
+            for (j, line) in lines[i / LANES].iter_mut().take(window.side).enumerate() {
                 let weight = of(i) * of(j);
                 line[i % LANES] = weight as f32;
                 total += weight;
