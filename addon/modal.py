@@ -14,8 +14,9 @@ Result = set[str]
 
 # Editors with a side bar of ours.
 SIDE_BARS = {"VIEW_3D", "CLIP_EDITOR"}
-# Of a side bar at scale 1: what tabs, frames and an icon take, and the mean width of a letter.
-SIDE_BAR_MARGIN_PX = 90
+# Of a side bar at scale 1: what tabs and frames take, what an icon takes, and the mean width of a letter.
+SIDE_BAR_MARGIN_PX = 70
+ICON_PX = 20
 CHARACTER_PX = 5.8
 
 
@@ -167,6 +168,7 @@ def draw_progress(layout: bpy.types.UILayout) -> None:
 def draw_text(layout: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str = "NONE") -> None:
     """A sentence in as many lines as the side bar needs; Blender would leave out the middle of a long one."""
     width = context.region.width / context.preferences.system.ui_scale - SIDE_BAR_MARGIN_PX
+    width -= 0 if icon == "NONE" else ICON_PX
     column = layout.column(align=True)
     for line in textwrap.wrap(text, max(16, int(width / CHARACTER_PX))):
         column.label(text=line, icon=icon)
