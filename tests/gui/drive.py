@@ -13,31 +13,42 @@ from desktop import Desktop
 from session import ANSWER_SECONDS, Session, Setup, State, Unexpected, expect
 
 RECONSTRUCT = "bpy.ops.facewright.reconstruct()"
+TRACK = "bpy.ops.facewright.track()"
 HAPPINESS = 'bpy.ops.facewright.expression(name="happiness")'
 # Far beyond what a run takes on a slow machine.
 RUN_SECONDS = 600
 # Basis, the ARKit keys, the visemes.
 KEYS = 1 + 52 + 15
+MIN_TRACKS = 60
 PARTS = {
     f"object Face{name}"
     for name in ("", " eye_left", " eye_right", " teeth_upper", " teeth_lower", " tongue", " lashes")
 }
 
 
-def start(session: Session) -> State:
-    """Click the button and see the job at work; the state before."""
+def start(session: Session, command: str) -> State:
+    """Click a button and see the job at work; the state before."""
     before = session.settled()
-    session.click_button(RECONSTRUCT)
+    session.click_button(command)
     session.wait("the click starts the job", ANSWER_SECONDS, lambda s: s["running"])
     session.wait("the panel shows progress", RUN_SECONDS, lambda s: s["running"] and s["fraction"] > 0.0)
     return before
 
 
-def reconstruct(session: Session) -> State:
-    """Click the button and wait for the head; the state after."""
-    start(session)
+def finish(session: Session, command: str) -> State:
+    """Click a button and wait for what the job makes; the state after."""
+    start(session, command)
     session.wait("the job ends", RUN_SECONDS, lambda s: not s["running"])
     return session.settled()
+
+
+def stop(session: Session, command: str, pictures: str) -> None:
+    """Click a button and press Esc when the job has come some way; the pictures' names begin as told."""
+    before = start(session, command)
+    session.wait("the bar grows", RUN_SECONDS, lambda s: s["fraction"] > 0.2)
+    session.picture(f"{pictures}running")
+    press_escape(session, before)
+    session.picture(f"{pictures}cancelled")
 
 
 def press_escape(session: Session, before: State) -> None:
@@ -50,29 +61,29 @@ def press_escape(session: Session, before: State) -> None:
 
 
 def esc_changes_nothing(session: Session) -> None:
-    before = start(session)
-    session.wait("the bar grows", RUN_SECONDS, lambda s: s["fraction"] > 0.2)
-    session.picture("running")
-    press_escape(session, before)
-    session.picture("cancelled")
+    stop(session, RECONSTRUCT, "")
+
+
+def esc_while_it_tracks_changes_nothing(session: Session) -> None:
+    stop(session, TRACK, "tracks-")
 
 
 def one_click_makes_a_head_that_one_undo_takes_away(session: Session) -> None:
     before = session.settled()
-    made = reconstruct(session)
+    made = finish(session, RECONSTRUCT)
     expect(made["data"].keys() >= PARTS, f"parts are missing: {difference(before, made)}")
     expect(made["shape_keys"]["Face"] == KEYS, f"Face has {made['shape_keys']['Face']} shape keys instead of {KEYS}")
-    expect(made["undo_steps"] == before["undo_steps"] + 1, f"{made['undo_steps'] - before['undo_steps']} undo steps")
+    expect_one_step(before, made)
     session.picture("reconstructed")
-    session.picture_of_view("panel")
-    press_escape(session, start(session))
+    session.picture_of_editor("panel")
+    press_escape(session, start(session, RECONSTRUCT))
     undo(session, "ctrl+z", before)
     session.picture("undone")
     undo(session, "ctrl+shift+z", made)
 
 
 def an_expression_is_a_click_and_an_undo_step(session: Session) -> None:
-    made = reconstruct(session)
+    made = finish(session, RECONSTRUCT)
     session.click_button(HAPPINESS)
     session.wait("the face smiles", ANSWER_SECONDS, lambda s: s["smile"] > 0.3)
     session.glance()
@@ -81,11 +92,30 @@ def an_expression_is_a_click_and_an_undo_step(session: Session) -> None:
     expect(session.glance()["smile"] == 0.0, "the undone smile is still there")
 
 
+def tracking_a_clip_writes_markers_that_one_undo_takes_away(session: Session) -> None:
+    before = session.settled()
+    tracked = finish(session, TRACK)
+    count = tracked["tracks"].get("Face", 0)
+    expect(count >= MIN_TRACKS, f"the face has {count} tracks, not {MIN_TRACKS} and more")
+    own = "tracks Camera"
+    expect(tracked["data"][own] == before["data"][own], "the artist's own track is not what it was")
+    expect_one_step(before, tracked)
+    session.picture_of_editor("tracks")
+    undo(session, "ctrl+z", before)
+    session.picture("tracks-undone")
+    undo(session, "ctrl+shift+z", tracked)
+
+
 def blender_closes_while_the_job_runs(session: Session) -> None:
-    start(session)
+    start(session, RECONSTRUCT)
     session.desktop.press("ctrl+q")
     code = session.ended(ANSWER_SECONDS)
     expect(code == 0, "Blender does not close" if code is None else f"Blender closed with code {code}")
+
+
+def expect_one_step(before: State, after: State) -> None:
+    steps = after["undo_steps"] - before["undo_steps"]
+    expect(steps == 1, f"{steps} undo steps instead of one")
 
 
 def undo(session: Session, keys: str, wanted: State) -> None:
@@ -103,20 +133,29 @@ def difference(before: State, after: State) -> str:
     return ", ".join(changed) or "nothing"
 
 
-TESTS: list[Callable[[Session], None]] = [
-    esc_changes_nothing,
-    one_click_makes_a_head_that_one_undo_takes_away,
-    an_expression_is_a_click_and_an_undo_step,
-    blender_closes_while_the_job_runs,
-]
+Test = Callable[[Session], None]
+
+# By the editor in the window's main area.
+TESTS: dict[str, list[Test]] = {
+    "VIEW_3D": [
+        esc_changes_nothing,
+        one_click_makes_a_head_that_one_undo_takes_away,
+        an_expression_is_a_click_and_an_undo_step,
+        blender_closes_while_the_job_runs,
+    ],
+    "CLIP_EDITOR": [
+        esc_while_it_tracks_changes_nothing,
+        tracking_a_clip_writes_markers_that_one_undo_takes_away,
+    ],
+}
 
 
-def passes(test: Callable[[Session], None], desktop: Desktop, setup: Setup) -> bool:
+def passes(test: Test, editor: str, desktop: Desktop, setup: Setup) -> bool:
     """Run a test in a session of its own and say how it went."""
     title, begun = test.__name__.replace("_", " "), time.monotonic()
     log = setup.out / f"{test.__name__}.log"
     try:
-        with Session(desktop, setup, log) as session:
+        with Session(desktop, setup, editor, log) as session:
             try:
                 session.get_ready()
                 test(session)
@@ -140,8 +179,8 @@ def main() -> int:
     for old in [*setup.out.glob("*.png"), *setup.out.glob("*.log")]:
         old.unlink()
     with Desktop() as desktop:
-        passed = sum([passes(test, desktop, setup) for test in TESTS])
-    failed = len(TESTS) - passed
+        results = [passes(test, editor, desktop, setup) for editor, tests in TESTS.items() for test in tests]
+    passed, failed = results.count(True), results.count(False)
     print(f"{passed} passed, {failed} failed", flush=True)
     return 1 if failed else 0
 

@@ -12,32 +12,26 @@ import sys
 import tempfile
 import traceback
 from collections.abc import Generator
-from math import radians
 from pathlib import Path
 from typing import Any
 
 import bpy
 import numpy as np
-from mathutils import Euler
+
+sys.path.insert(0, str(Path(__file__).parent))
+from editors import place, prepare_editor, window
 
 PACKAGE = "bl_ext.user_default.facewright"
 ZIP, CLIP, STATE = (Path(os.environ[f"FACEWRIGHT_GUI_{name}"]) for name in ("ZIP", "CLIP", "STATE"))
 QUESTION = STATE.with_name("question")
 TICK_SECONDS = 0.05
-# Blender lets the tab of a side bar be chosen only once the side bar has been drawn.
-DRAWING_SECONDS = 0.5
 
 
 def life() -> Generator[float, None, None]:
     """Prepare, then write the state again and again; yields how long Blender may go on meanwhile."""
     prepare_scene()
-    area, _ = place("WINDOW")
-    area.spaces.active.show_region_ui = True
-    yield DRAWING_SECONDS
-    place("UI")[1].active_panel_category = "Facewright"
-    yield DRAWING_SECONDS
-    look_at_the_head(area)
-    with bpy.context.temp_override(window=window(), area=area):
+    yield from prepare_editor(CLIP)
+    with bpy.context.temp_override(window=window(), area=place("WINDOW")[0]):
         bpy.ops.ed.undo_push(message="Prepared")
     told: dict[str, Any] = {"tick": 0, "answered": 0}
     while True:
@@ -53,16 +47,6 @@ def question() -> int:
     return int(QUESTION.read_text()) if QUESTION.exists() else 0
 
 
-def window() -> bpy.types.Window:
-    return bpy.context.window_manager.windows[0]
-
-
-def place(kind: str) -> tuple[bpy.types.Area, bpy.types.Region]:
-    """The 3D view and one of its regions."""
-    area = next(area for area in window().screen.areas if area.type == "VIEW_3D")
-    return area, next(region for region in area.regions if region.type == kind)
-
-
 def prepare_scene() -> None:
     """The start-up cube alone, hidden; the extension from its zip; the camera from its boards; the clip."""
     bpy.ops.extensions.package_install_files(filepath=str(ZIP), repo="user_default", enable_on_install=True)
@@ -73,26 +57,14 @@ def prepare_scene() -> None:
     bpy.context.scene.facewright_clip.path = str(CLIP / "frames")
 
 
-def look_at_the_head(area: bpy.types.Area) -> None:
-    """A view of where the head will be, a little from the side, without what would cross it."""
-    space = area.spaces.active
-    space.shading.color_type = "TEXTURE"
-    space.clip_start = 0.01
-    for name in ("show_cursor", "show_object_origins", "show_axis_x", "show_axis_y", "show_floor"):
-        setattr(space.overlay, name, False)
-    view = space.region_3d
-    view.view_rotation = Euler((radians(84), 0.0, radians(18))).to_quaternion()
-    view.view_location = (0.08, 0.06, -0.03)
-    view.view_distance = 0.5
-
-
 def shown() -> dict[str, Any]:
     """What the window shows, and what the library does."""
     running = importlib.import_module(f"{PACKAGE}.modal").Running
+    area, side_bar = place("UI")
     return {
         "height": window().height,
-        "side_bar": rectangle(place("UI")[1]),
-        "view": rectangle(place("WINDOW")[1]),
+        "side_bar": rectangle(side_bar),
+        "editor": rectangle(area),
         "hovered": hovered(),
         "running": running.active,
         "fraction": running.fraction,
@@ -104,13 +76,14 @@ def made() -> dict[str, Any]:
     """What there is in the file; not while the library works, as counting undo steps turns all output aside."""
     return {
         "shape_keys": {o.name: len(o.data.shape_keys.key_blocks) for o in bpy.data.objects if o.data.shape_keys},
+        "tracks": {name: len(o.tracks) for name, o in tracking_objects().items()},
         "data": data(),
         "undo_steps": undo_steps(),
     }
 
 
-def rectangle(region: bpy.types.Region) -> list[int]:
-    return [region.x, region.y, region.width, region.height]
+def rectangle(part: bpy.types.Area | bpy.types.Region) -> list[int]:
+    return [part.x, part.y, part.width, part.height]
 
 
 def hovered() -> str:
@@ -129,10 +102,25 @@ def smile() -> float:
 
 
 def data() -> dict[str, str | int]:
-    """All that an artist would call changed: objects with their shapes, and how much of each other kind there is."""
+    """All that an artist would call changed: shapes, tracks, and how much of each other kind there is."""
     kinds = ("meshes", "materials", "images", "scenes", "actions", "movieclips", "collections")
     counts = {kind: len(getattr(bpy.data, kind)) for kind in kinds}
-    return counts | {f"object {o.name}": shape(o.data) for o in bpy.data.objects}
+    objects = {f"object {o.name}": shape(o.data) for o in bpy.data.objects}
+    properties = {f"properties {clip.name}": fingerprint(dict(clip.items())) for clip in bpy.data.movieclips}
+    return counts | objects | properties | {f"tracks {name}": markers(o) for name, o in tracking_objects().items()}
+
+
+def tracking_objects() -> dict[str, bpy.types.MovieTrackingObject]:
+    return {o.name: o for clip in bpy.data.movieclips for o in clip.tracking.objects}
+
+
+def markers(tracked: bpy.types.MovieTrackingObject) -> str:
+    """Hash of the names and markers of all tracks of a tracking object."""
+    return fingerprint([(track.name, [(m.frame, *m.co, m.mute) for m in track.markers]) for track in tracked.tracks])
+
+
+def fingerprint(content: object) -> str:
+    return hashlib.sha256(repr(content).encode()).hexdigest()[:16]
 
 
 def shape(mesh: bpy.types.Mesh) -> str:

@@ -39,10 +39,13 @@ class Setup:
 
 
 class Session:
-    """Blender with the extension installed and the clip chosen, as a context; user files and state are its own."""
+    """Blender with the extension installed and the clip chosen, as a context; user files and state are its own.
 
-    def __init__(self, desktop: Desktop, setup: Setup, log: Path) -> None:
-        self.desktop, self._setup, self._log = desktop, setup, log
+    `editor` is Blender's name of the one in the window's main area.
+    """
+
+    def __init__(self, desktop: Desktop, setup: Setup, editor: str, log: Path) -> None:
+        self.desktop, self._setup, self._editor, self._log = desktop, setup, editor, log
 
     def __enter__(self) -> "Session":
         self._folder = Path(tempfile.mkdtemp(prefix="facewright-gui-"))
@@ -67,6 +70,7 @@ class Session:
             "BLENDER_USER_RESOURCES": str(self._folder / "user"),
             "FACEWRIGHT_GUI_ZIP": str(self._setup.extension),
             "FACEWRIGHT_GUI_CLIP": str(self._setup.clip),
+            "FACEWRIGHT_GUI_EDITOR": self._editor,
             "FACEWRIGHT_GUI_STATE": str(self._state),
         }
 
@@ -108,7 +112,7 @@ class Session:
         return self.wait("Blender tells what there is", ANSWER_SECONDS, lambda s: s["answered"] == self._questions)
 
     def click_button(self, command: str) -> None:
-        """Find a button by moving the mouse down the side bar, as the eye would, and click it."""
+        """Find a button by moving the mouse down the editor's side bar, as the eye would, and click it."""
         left, top, width, height = self.rectangle("side_bar")
         for column in (0.3, 0.7):
             for y in range(top + SEARCH_STEP, top + height, SEARCH_STEP):
@@ -118,19 +122,19 @@ class Session:
                     return
         raise Unexpected(f"the side bar has no button for {command}")
 
-    def rectangle(self, region: str) -> tuple[int, int, int, int]:
-        """Left, top, width and height of a region on the screen; Blender counts from the bottom."""
+    def rectangle(self, part: str) -> tuple[int, int, int, int]:
+        """Left, top, width and height of the editor or its side bar on the screen; Blender counts from the bottom."""
         state = self.state()
-        left, bottom, width, height = state[region]
+        left, bottom, width, height = state[part]
         return left, state["height"] - bottom - height, width, height
 
     def picture(self, name: str) -> None:
         """Save the whole screen to the results."""
         self.desktop.picture(self._setup.out / f"{name}.png")
 
-    def picture_of_view(self, name: str) -> None:
-        """Save the 3D view with its side bar to the results."""
-        self.desktop.picture(self._setup.out / f"{name}.png", self.rectangle("view"))
+    def picture_of_editor(self, name: str) -> None:
+        """Save the editor with its side bar to the results."""
+        self.desktop.picture(self._setup.out / f"{name}.png", self.rectangle("editor"))
 
     def ended(self, seconds: float) -> int | None:
         """Blender's exit code when it ends within a time."""
