@@ -241,7 +241,9 @@ fn both_updates_and_weights_agree_on_shifts_at_odd_sizes() {
                 track(&a, &b, &points, Some(&guesses), &options).unwrap()
             });
             let (rms, largest) = errors(&composed, |i| points[i] + shift);
-            assert!(rms < 0.02 && largest < 0.08, "{window}: rms {rms}, largest {largest}");
+            // Whole grey levels move what small windows find: the limits are those of the paper's tracker.
+            let limits = if window < 11 { (0.05, 0.15) } else { (0.02, 0.08) };
+            assert!(rms < limits.0 && largest < limits.1, "{window}: rms {rms}, largest {largest}");
             for (added, composed) in added.iter().zip(&composed) {
                 assert!((added.position - composed.position).norm() < 0.01, "{window}");
             }
