@@ -4,7 +4,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from common import Run, main, read_grey
+from common import Run
+from opencv import main, read_grey
 from track import forward
 
 
