@@ -102,7 +102,8 @@ pub struct TrackOptions {
     pub min_texture: f64,
     /// Standard deviation of the sensor's noise, grey levels: the slopes it makes are not texture.
     pub noise: f64,
-    /// Refuse a point that does not come to rest, or moves further than the window's side at a level.
+    /// Refuse a point that does not come to rest, moves further than the window's side at a level, or whose window is
+    /// not wholly within the frame; else it is enough that the point itself is.
     pub settle: bool,
     /// Track the found point back, and refuse it if it comes back further than this from where it began, pixels.
     pub forward_backward_px: Option<f64>,

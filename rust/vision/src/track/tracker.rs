@@ -83,7 +83,7 @@ impl<'t, const STRIPS: usize> Tracker<'t, STRIPS> {
             sigma_px: f64::INFINITY,
             status: Status::OutOfFrame,
         };
-        let margin = self.window.half as f64;
+        let margin = self.margin(1.0);
         if !source.picture.finest().contains(&source.at, margin) || !b.finest().contains(&guess.position, 0.0) {
             return track;
         }
@@ -201,9 +201,14 @@ impl<'t, const STRIPS: usize> Tracker<'t, STRIPS> {
         plan.gain_bias.then_some(rest.fit)
     }
 
+    /// What must be within the frame on each side of a point, as part of half a window.
+    fn margin(&self, part: f64) -> f64 {
+        if self.options.settle { part * self.window.half as f64 } else { 0.0 }
+    }
+
     /// Half a window beyond the frame is mostly the frame's edge repeated.
     pub fn reaches(&self, level: &Level, at: &Vec2) -> bool {
-        level.contains(at, self.window.half as f64 / 2.0)
+        level.contains(at, self.margin(0.5))
     }
 
     /// Shift, then warp, then the last careful steps; writes the quality of the fit.
