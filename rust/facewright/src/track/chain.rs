@@ -1,6 +1,7 @@
 //! The paper's tracker over a sequence: from each frame to the next (section 2.3), cross matches adjusted at each step (2.4).
 
 use super::findings::{Findings, Loss};
+use super::search::REFERENCE_PX;
 use super::sequence::{Sequence, Shot};
 use crate::FacewrightError;
 use crate::matching::PAPER_WINDOW;
@@ -8,9 +9,6 @@ use geometry::{Progress, Vec2};
 use vision::corners::{CornerOptions, Spread, detect};
 use vision::correct::{LocalAdjustmentOptions, Match, local_adjustment};
 use vision::track::{Status, TrackOptions, track};
-
-/// Standard deviation of a corner in the frame in which it was chosen, pixels.
-const REFERENCE_PX: f64 = 0.1;
 
 /// A point on its way: where it is and one standard deviation, or why it is no longer followed.
 type Follow = Result<(Vec2, f64), Loss>;

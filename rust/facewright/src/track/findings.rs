@@ -1,5 +1,6 @@
 //! What was found of each point in each frame, and why not.
 
+use super::search::FINEST_PX;
 use super::{PointObservation, PointTrack, Region};
 use geometry::Vec2;
 use std::fmt::{self, Display, Formatter};
@@ -10,8 +11,6 @@ use vision::track::Status;
 const RELIABLE: f64 = 0.4;
 /// Fewer frames than this make no track.
 const FEWEST: usize = 3;
-/// Least standard deviation that is believed, pixels.
-const FINEST_PX: f64 = 0.05;
 
 /// Why a point was not found in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

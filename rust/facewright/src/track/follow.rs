@@ -3,7 +3,7 @@
 //! Corners are taken in a few reference frames and every other frame is searched for the *reference's* patch, warped as
 //! the head's estimated pose and surface predict it: a template that is re-anchored cannot drift away over a sequence.
 
-use super::search::{Anchors, Scene, SearchOptions, Seed, seeds};
+use super::search::{Anchors, FINEST_PX, REFERENCE_PX, Scene, SearchOptions, Seed, seeds};
 use super::surface::{Surface, View};
 use crate::FacewrightError;
 use crate::faces::TrackedSkin;
@@ -57,10 +57,6 @@ pub struct FaceTrack {
     /// Frame, pixel, one standard deviation in pixels; ascending frames, the reference among them.
     pub observations: Vec<(usize, Vec2, f64)>,
 }
-
-/// Standard deviation of a corner in the frame that defines it, and least one of a match, pixels.
-const REFERENCE_PX: f64 = 0.1;
-const FINEST_PX: f64 = 0.05;
 
 /// Follows corners of the reference frames through all frames. `positions` and `triangles` are the head's skin as it is
 /// known so far.

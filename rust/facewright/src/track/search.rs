@@ -13,6 +13,10 @@ use vision::corners::{CornerOptions, detect};
 use vision::correct::{Correction, GeometricOptions, Known, Match, Outcome, geometric};
 use vision::track::{Guess, Status, Templates, Track, TrackOptions};
 
+/// Standard deviation of a corner in the frame that defines it, pixels.
+pub const REFERENCE_PX: f64 = 0.1;
+/// Least standard deviation that is believed of a place found again, pixels.
+pub const FINEST_PX: f64 = 0.05;
 /// Least score of a corner, in variances of the noise: twice what noise alone gives.
 const LEAST_SCORE: f64 = 0.3;
 /// Least texture beyond noise that is tracked, squared grey levels per pixel.

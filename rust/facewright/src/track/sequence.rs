@@ -8,7 +8,7 @@ use super::chain::chain;
 use super::findings::{Finding, Findings, Loss};
 use super::region::region;
 use super::relay::relay;
-use super::search::{Anchors, Scene, Search, SearchOptions, Seed, seeds};
+use super::search::{Anchors, REFERENCE_PX, Scene, Search, SearchOptions, Seed, seeds};
 use super::surface::{Surface, View};
 use super::{FrameTracks, PointTrack, Tracks};
 use crate::camera::starting_camera;
@@ -31,9 +31,6 @@ const REFERENCE_REACH_DEG: f64 = 9.0;
 const UNFIT_DEG: f64 = 20.0;
 /// A frame turned further than this from a reference is not searched for its points, degrees.
 const FARTHEST_TURN_DEG: f64 = 34.0;
-/// Standard deviation of a corner in the frame that defines it, pixels.
-const REFERENCE_PX: f64 = 0.1;
-
 /// How a sequence is tracked.
 #[derive(Clone, Debug)]
 pub struct TrackClipOptions {

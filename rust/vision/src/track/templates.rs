@@ -33,7 +33,7 @@ impl<'a> Templates<'a> {
     /// Takes the patches of `a` around points, pixels of the finest level.
     ///
     /// # Errors
-    /// If the window is even, or outside 3 … 31.
+    /// If the window is even, or outside 3 … 31, or its weights have no width.
     pub fn take(a: &'a Pyramid, points: &[Vec2], options: &TrackOptions) -> Result<Self, TrackError> {
         let window = check(options)?;
         let kept = match window.strips() {
@@ -79,6 +79,9 @@ impl Kept {
 fn check(options: &TrackOptions) -> Result<Window, TrackError> {
     if !(3..=31).contains(&options.window) || options.window.is_multiple_of(2) {
         return Err(TrackError::Window(options.window));
+    }
+    if let Some(sigma) = options.window_sigma.filter(|sigma| !(sigma.is_finite() && *sigma > 0.0)) {
+        return Err(TrackError::WindowSigma(sigma));
     }
     Ok(Window::new(options.window))
 }

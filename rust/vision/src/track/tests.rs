@@ -218,6 +218,10 @@ fn windows_and_guesses_that_do_not_fit_are_refused() {
         let options = TrackOptions { window, ..Default::default() };
         assert_eq!(track(&a, &a, &[], None, &options), Err(TrackError::Window(window)));
     }
+    for sigma in [0.0, -0.5, f64::INFINITY] {
+        let options = TrackOptions { window_sigma: Some(sigma), ..Default::default() };
+        assert_eq!(track(&a, &a, &[], None, &options), Err(TrackError::WindowSigma(sigma)));
+    }
     let guesses = [Guess::at(Vec2::zeros())];
     let refused = track(&a, &a, &[], Some(&guesses), &TrackOptions::default());
     assert_eq!(refused, Err(TrackError::Guesses { guesses: 1, points: 0 }));
