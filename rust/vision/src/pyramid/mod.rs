@@ -22,10 +22,15 @@ use geometry::Vec2;
 use halve::Halve;
 use image::GrayImage;
 use std::sync::Arc;
-use window::{CopyWindow, Stored};
+use window::CopyWindow;
+pub(crate) use window::Stored;
 
 /// Stored units per grey level in all levels but the finest.
 const UNITS_PER_GREY: f32 = 256.0;
+/// Units per grey level of windows read as words: differences of differences fit into sixteen bits.
+pub(crate) const WORDS_PER_GREY: i16 = 64;
+/// Stored units of the coarser levels per unit of words.
+pub(crate) const FINE_PER_WORD: u16 = UNITS_PER_GREY as u16 / WORDS_PER_GREY as u16;
 /// A level whose shorter side would fall below this is not built.
 const SMALLEST_SIDE: usize = 12;
 
@@ -54,6 +59,14 @@ enum Pixels {
     Picture(Arc<GrayImage>),
     /// Units of [`UNITS_PER_GREY`].
     Fine(Vec<u16>),
+}
+
+/// Pixels as they are stored, from one of them on, row by row.
+pub(crate) enum View<'p> {
+    /// Of the picture itself.
+    Picture(&'p [u8]),
+    /// Of a coarser level.
+    Fine(&'p [u16]),
 }
 
 /// A picture at full, half, quarter … size. Immutable, so it may be shared between threads.
@@ -122,8 +135,8 @@ impl Level {
     fn grey(&self, x: usize, y: usize) -> f32 {
         let at = y * self.width + x;
         match &self.pixels {
-            Pixels::Picture(picture) => picture.as_raw()[at].grey(),
-            Pixels::Fine(pixels) => pixels[at].grey(),
+            Pixels::Picture(picture) => picture.as_raw()[at].read(),
+            Pixels::Fine(pixels) => pixels[at].read(),
         }
     }
 
@@ -145,10 +158,29 @@ impl Level {
         Some(sum)
     }
 
-    /// Copies the `width × height` pixels from `(left, top)` on, row by row, in grey levels; pixels outside the frame
-    /// repeat the nearest one inside.
-    pub(crate) fn copy_window(&self, left: isize, top: isize, width: usize, height: usize, out: &mut Vec<f32>) {
-        out.resize(width * height, 0.0);
+    /// The pixels from `(left, top)` on, if `width × height` of them are within the frame.
+    #[inline]
+    pub(crate) fn view(&self, left: isize, top: isize, width: usize, height: usize) -> Option<View<'_>> {
+        let within = |first: isize, count: usize, size: usize| first >= 0 && first as usize + count <= size;
+        if !(within(left, width, self.width) && within(top, height, self.height)) {
+            return None;
+        }
+        let first = top as usize * self.width + left as usize;
+        Some(match &self.pixels {
+            Pixels::Picture(picture) => View::Picture(&picture.as_raw()[first..]),
+            Pixels::Fine(pixels) => View::Fine(&pixels[first..]),
+        })
+    }
+
+    /// Copies the `width × height` pixels from `(left, top)` on, row by row, in grey levels or as words; pixels outside
+    /// the frame repeat the nearest one inside.
+    pub(crate) fn copy_window<O>(&self, left: isize, top: isize, width: usize, height: usize, out: &mut Vec<O>)
+    where
+        O: Copy + Default,
+        u8: Stored<O>,
+        u16: Stored<O>,
+    {
+        out.resize(width * height, O::default());
         let (size, out) = ((self.width, self.height), &mut out[..]);
         let arch = pulp::Arch::new();
         match &self.pixels {
@@ -218,7 +250,7 @@ mod tests {
         assert!(std::ptr::eq(shared.picture(), &*picture));
         let copied = Pyramid::new(&picture, 2);
         let windows = [&shared, &copied].map(|pyramid| {
-            let mut window = Vec::new();
+            let mut window = Vec::<f32>::new();
             pyramid.levels()[1].copy_window(-3, -3, 30, 30, &mut window);
             window
         });
@@ -250,7 +282,7 @@ mod tests {
 
     #[test]
     fn a_window_over_the_edge_repeats_the_edge() {
-        let mut window = Vec::new();
+        let mut window = Vec::<f32>::new();
         Pyramid::new(&ramp(20, 20), 1).finest().copy_window(-2, 0, 4, 1, &mut window);
         assert_eq!(window, [0.0, 0.0, 0.0, 1.0]);
     }

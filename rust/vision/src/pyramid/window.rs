@@ -1,30 +1,51 @@
-//! Windows of a level as floating point grey levels, the frame's edge repeated.
+//! Windows of a level as floating point grey levels or as words, the frame's edge repeated.
 
 use super::clamped;
 use std::ops::Range;
 
-/// What a level stores.
-pub(super) trait Stored: Copy {
-    /// In grey levels.
-    fn grey(self) -> f32;
+/// What a level stores, read as `f32` (grey levels) or as `i16` (units of [`WORDS_PER_GREY`](super::WORDS_PER_GREY)).
+pub(crate) trait Stored<O>: Copy {
+    fn read(self) -> O;
 }
 
-impl Stored for u8 {
+impl Stored<f32> for u8 {
     #[inline(always)]
-    fn grey(self) -> f32 {
+    fn read(self) -> f32 {
         f32::from(self)
     }
 }
 
-impl Stored for u16 {
+impl Stored<f32> for u16 {
     #[inline(always)]
-    fn grey(self) -> f32 {
+    fn read(self) -> f32 {
         f32::from(self) * (1.0 / super::UNITS_PER_GREY)
     }
 }
 
+impl Stored<i16> for u8 {
+    #[inline(always)]
+    fn read(self) -> i16 {
+        i16::from(self) * super::WORDS_PER_GREY
+    }
+}
+
+impl Stored<i16> for i16 {
+    #[inline(always)]
+    fn read(self) -> i16 {
+        self
+    }
+}
+
+impl Stored<i16> for u16 {
+    /// Rounded down; the largest, 65280, becomes 16320.
+    #[inline(always)]
+    fn read(self) -> i16 {
+        (self / super::FINE_PER_WORD) as i16
+    }
+}
+
 /// Copies the window of `width × height` pixels from `(left, top)` on into `out`, row by row.
-pub(super) struct CopyWindow<'a, T> {
+pub(super) struct CopyWindow<'a, T, O> {
     pub pixels: &'a [T],
     /// Width and height of the level, neither zero.
     pub size: (usize, usize),
@@ -32,10 +53,10 @@ pub(super) struct CopyWindow<'a, T> {
     pub top: isize,
     pub width: usize,
     pub height: usize,
-    pub out: &'a mut [f32],
+    pub out: &'a mut [O],
 }
 
-impl<T: Stored> pulp::NullaryFnOnce for CopyWindow<'_, T> {
+impl<T: Stored<O>, O: Copy> pulp::NullaryFnOnce for CopyWindow<'_, T, O> {
     type Output = ();
 
     #[inline(always)]
@@ -53,8 +74,8 @@ impl<T: Stored> pulp::NullaryFnOnce for CopyWindow<'_, T> {
             let first = (left + inside.start as isize).max(0) as usize;
             for j in 0..height {
                 let (row, line) = (row(j), &mut out[j * width..][..width]);
-                line[..inside.start].fill(row[0].grey());
-                line[inside.end..].fill(row[columns - 1].grey());
+                line[..inside.start].fill(row[0].read());
+                line[inside.end..].fill(row[columns - 1].read());
                 if !inside.is_empty() {
                     widen(&row[first..][..inside.len()], &mut line[inside.clone()]);
                 }
@@ -73,24 +94,24 @@ fn inside(left: isize, width: usize, columns: usize) -> Range<usize> {
 
 /// Rows are short: two pieces that overlap make most of them, without a loop.
 #[inline(always)]
-fn widen<T: Stored>(row: &[T], out: &mut [f32]) {
+fn widen<T: Stored<O>, O>(row: &[T], out: &mut [O]) {
     match row.len() {
-        0..4 => out.iter_mut().zip(row).take(3).for_each(|(out, &pixel)| *out = pixel.grey()),
-        4..8 => widen_ends::<T, 4>(row, out),
-        8..16 => widen_ends::<T, 8>(row, out),
-        16..=32 => widen_ends::<T, 16>(row, out),
+        0..4 => out.iter_mut().zip(row).take(3).for_each(|(out, &pixel)| *out = pixel.read()),
+        4..8 => widen_ends::<T, O, 4>(row, out),
+        8..16 => widen_ends::<T, O, 8>(row, out),
+        16..=32 => widen_ends::<T, O, 16>(row, out),
         _ => {
             for (out, piece) in out.as_chunks_mut::<32>().0.iter_mut().zip(row.as_chunks::<32>().0) {
                 widen_piece(piece, out);
             }
-            widen_ends::<T, 32>(row, out);
+            widen_ends::<T, O, 32>(row, out);
         }
     }
 }
 
 /// The first and the last `N` pixels of a row that has so many.
 #[inline(always)]
-fn widen_ends<T: Stored, const N: usize>(row: &[T], out: &mut [f32]) {
+fn widen_ends<T: Stored<O>, O, const N: usize>(row: &[T], out: &mut [O]) {
     if let (Some(piece), Some(out)) = (row.first_chunk::<N>(), out.first_chunk_mut::<N>()) {
         widen_piece(piece, out);
     }
@@ -101,9 +122,9 @@ fn widen_ends<T: Stored, const N: usize>(row: &[T], out: &mut [f32]) {
 
 /// A plain loop: the compiler makes no vectors out of `array::map`.
 #[inline(always)]
-fn widen_piece<T: Stored, const N: usize>(piece: &[T; N], out: &mut [f32; N]) {
+fn widen_piece<T: Stored<O>, O, const N: usize>(piece: &[T; N], out: &mut [O; N]) {
     for k in 0..N {
-        out[k] = piece[k].grey();
+        out[k] = piece[k].read();
     }
 }
 
@@ -112,7 +133,10 @@ mod tests {
     use super::*;
     use pulp::NullaryFnOnce;
 
-    fn agree<T: Stored>(size: (usize, usize), pixels: &[T]) {
+    fn agree<T: Stored<O>, O>(size: (usize, usize), pixels: &[T], unset: O)
+    where
+        O: Copy + PartialEq + std::fmt::Debug,
+    {
         for (left, top, width, height) in [
             (0, 0, 1, 1),
             (-3, -2, 5, 4),
@@ -123,28 +147,38 @@ mod tests {
             (60, -9, 21, 30),
             (-9, 0, 70, 4),
         ] {
-            let truth: Vec<f32> = (0..height)
+            let truth: Vec<O> = (0..height)
                 .flat_map(|j| (0..width).map(move |i| (i, j)))
                 .map(|(i, j)| {
                     let (x, y) = (clamped(left + i as isize, size.0), clamped(top + j as isize, size.1));
-                    pixels[y * size.0 + x].grey()
+                    pixels[y * size.0 + x].read()
                 })
                 .collect();
-            let mut out = vec![f32::NAN; width * height];
+            let mut out = vec![unset; width * height];
             CopyWindow { pixels, size, left, top, width, height, out: &mut out }.call();
             assert_eq!(out, truth, "{width}×{height} at {left} {top}, whatever the processor");
-            out.fill(f32::NAN);
+            out.fill(unset);
             pulp::Arch::new().dispatch(CopyWindow { pixels, size, left, top, width, height, out: &mut out });
             assert_eq!(out, truth, "{width}×{height} at {left} {top}, this processor");
         }
     }
 
     #[test]
+    fn words_are_grey_levels_rounded_down() {
+        let words: [i16; 4] = [3_u8.read(), 3_u16.read(), 4_u16.read(), 65280_u16.read()];
+        assert_eq!(words, [192, 0, 1, 16320]);
+    }
+
+    #[test]
     fn every_instruction_set_copies_every_window_inside_and_outside_the_frame() {
         for size in [(1, 1), (3, 7), (41, 33), (64, 20)] {
             let hash = |i: usize| i.wrapping_mul(2_654_435_761) >> 7;
-            agree(size, &(0..size.0 * size.1).map(|i| hash(i) as u8).collect::<Vec<u8>>());
-            agree(size, &(0..size.0 * size.1).map(|i| (hash(i) % 65281) as u16).collect::<Vec<u16>>());
+            let bytes: Vec<u8> = (0..size.0 * size.1).map(|i| hash(i) as u8).collect();
+            let units: Vec<u16> = (0..size.0 * size.1).map(|i| (hash(i) % 65281) as u16).collect();
+            agree(size, &bytes, f32::NAN);
+            agree(size, &units, f32::NAN);
+            agree(size, &bytes, -1_i16);
+            agree(size, &units, -1_i16);
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::Update;
 use super::lanes::{Kernel, Vectors};
 use super::measure::{Measure, Sums};
-use super::patch::{AFFINE, Patch, SHIFT};
+use super::patch::{AFFINE, Patch, SHIFT, Stats};
 use super::region::{Region, Sight};
 use super::solve::{CONTRAST, Fit, Pose, Solver, plausible};
 use super::window::{Weights, Window};
@@ -85,26 +85,55 @@ impl<const STRIPS: usize> Kernel for Iterate<'_, STRIPS> {
 
     #[inline(always)]
     fn call<V: Vectors>(self, v: V) -> Option<Rest> {
-        match (self.solver, self.plan.gain_bias) {
-            (Solver::Shift { .. }, false) => self.run::<V, false, false>(v),
-            (Solver::Shift { .. }, true) => self.run::<V, false, true>(v),
-            (Solver::Affine { .. }, _) => self.run::<V, true, true>(v),
+        let Self { search, pose, solver, plan } = self;
+        let (patch, total) = (search.patch, search.weights.total);
+        let stepping = Stepping { solver, plan, stats: &patch.stats, total, half: search.window.half as f64 };
+        match (solver, plan.gain_bias) {
+            (Solver::Shift { .. }, false) => stepping.run::<V, _, false, false>(v, pose, search),
+            (Solver::Shift { .. }, true) => stepping.run::<V, _, false, true>(v, pose, search),
+            (Solver::Affine { .. }, _) => stepping.run::<V, _, true, true>(v, pose, search),
         }
     }
 }
 
-impl<const STRIPS: usize> Iterate<'_, STRIPS> {
+impl<V: Vectors, const STRIPS: usize, const WARP: bool, const FULL: bool> Look<V, WARP, FULL> for Search<'_, STRIPS> {
     #[inline(always)]
-    fn run<V: Vectors, const WARP: bool, const FULL: bool>(mut self, v: V) -> Option<Rest> {
-        let (plan, solver, total) = (self.plan, self.solver, self.search.weights.total);
-        let half = self.search.window.half as f64;
-        let mut pose = *self.pose;
+    fn look(&mut self, v: V, pose: &Pose, interpolation: Interpolation) -> Sums {
+        self.measure::<V, WARP, FULL>(v, pose, interpolation)
+    }
+}
+
+/// Compares a patch with a picture at a pose.
+pub(super) trait Look<V, const WARP: bool, const FULL: bool> {
+    fn look(&mut self, v: V, pose: &Pose, interpolation: Interpolation) -> Sums;
+}
+
+/// How a patch is stepped to where it fits.
+pub(super) struct Stepping<'s> {
+    pub solver: &'s Solver,
+    pub plan: Plan,
+    pub stats: &'s Stats,
+    /// Σ of the window's weights.
+    pub total: f64,
+    /// Half the window.
+    pub half: f64,
+}
+
+impl Stepping<'_> {
+    #[inline(always)]
+    pub fn run<V: Vectors, L: Look<V, WARP, FULL>, const WARP: bool, const FULL: bool>(
+        self,
+        v: V,
+        at: &mut Pose,
+        mut picture: L,
+    ) -> Option<Rest> {
+        let Self { solver, plan, stats, total, half } = self;
+        let mut pose = *at;
         let (start, mut before, mut rate) = (pose.position, Vec2::zeros(), 1.0_f64);
         let mut rest = Rest { last: f64::INFINITY, fit: Fit { gain: 1.0, variance: 0.0, ncc: 0.0 } };
         let mut last = Sums::default();
         for _ in 0..plan.max_steps {
-            let sums = self.search.measure::<V, WARP, FULL>(v, &pose, plan.interpolation);
-            let stats = &self.search.patch.stats;
+            let sums = picture.look(v, &pose, plan.interpolation);
             let gain = sums.gain(stats, plan.gain_bias).clamp(*CONTRAST.start(), *CONTRAST.end());
             let products = sums.products(stats, total, plan.gain_bias, gain, if WARP { AFFINE } else { SHIFT });
             let (shift, stretch) = solver.solve(&products, &pose.warp, half);
@@ -133,9 +162,9 @@ impl<const STRIPS: usize> Iterate<'_, STRIPS> {
             before = shift;
         }
         if FULL {
-            rest.fit = Fit::new(&last, &self.search.patch.stats, total, plan.gain_bias);
+            rest.fit = Fit::new(&last, stats, total, plan.gain_bias);
         }
-        *self.pose = pose;
+        *at = pose;
         Some(rest)
     }
 }

@@ -7,7 +7,7 @@ pub(super) const LANES: usize = 8;
 pub(super) type Eight = [f32; LANES];
 
 /// Instructions for eight numbers. Compilers left alone with arrays shuffle them between registers of other widths.
-pub(super) trait Vectors: Copy {
+pub(super) trait Vectors: super::words::WordVectors {
     /// A register, or several.
     type Register: Copy;
     fn put(self, numbers: Eight) -> Self::Register;

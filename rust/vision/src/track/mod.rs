@@ -22,6 +22,7 @@
 //! Lucas and Kanade 1981; Shi and Tomasi 1994; Bouguet, "Pyramidal implementation of the Lucas Kanade feature tracker",
 //! 2000; Baker and Matthews, "Lucas–Kanade 20 years on", 2004.
 
+mod arithmetic;
 mod iterate;
 mod lanes;
 mod measure;
@@ -30,7 +31,9 @@ mod region;
 mod solve;
 mod templates;
 mod tracker;
+mod whole;
 mod window;
+mod words;
 
 use crate::pyramid::{Interpolation, Pyramid};
 use geometry::Vec2;

@@ -1,8 +1,10 @@
 //! Reference patches kept for a whole sequence.
 
+use super::arithmetic::{Scratch, is_whole};
 use super::lanes::LANES;
 use super::patch::Stats;
-use super::tracker::{Scratch, Tracker};
+use super::tracker::Tracker;
+use super::whole::WholePatch;
 use super::window::Window;
 use super::{Guess, Model, Track, TrackError, TrackOptions};
 use crate::pyramid::{Interpolation, Pyramid};
@@ -10,8 +12,8 @@ use geometry::Vec2;
 use nalgebra::Matrix2;
 use rayon::prelude::*;
 
-/// Fewer points than this are not worth a thread.
-const POINTS_PER_TASK: usize = 16;
+/// Fewer points than this are not worth a thread: in floating point, and in whole numbers.
+const POINTS_PER_TASK: [usize; 2] = [16, 96];
 
 /// Numbers kept of a pixel: two slopes and the value.
 const PLANES: usize = 3;
@@ -89,7 +91,9 @@ fn check(options: &TrackOptions) -> Result<Window, TrackError> {
 fn keep<const STRIPS: usize>(a: &Pyramid, points: &[Vec2], options: &TrackOptions) -> Kept {
     let tracker = Tracker::<STRIPS>::new(a, options, None);
     let levels = options.levels.clamp(1, a.levels().len());
-    let length = STRIPS * tracker.window.side * LANES * PLANES;
+    let whole = is_whole(options);
+    let length =
+        if whole { WholePatch::kept_length(tracker.window) } else { STRIPS * tracker.window.side * LANES * PLANES };
     let mut packed = vec![0; points.len() * levels * length];
     let mut stats = vec![Stats::default(); points.len() * levels];
     let patches = packed.par_chunks_exact_mut(levels * length).zip(stats.par_chunks_exact_mut(levels));
@@ -98,16 +102,23 @@ fn keep<const STRIPS: usize>(a: &Pyramid, points: &[Vec2], options: &TrackOption
         for (l, (level, (packed, stats))) in a.levels().iter().zip(outputs).enumerate() {
             let at = point / f64::from(1_u32 << l);
             // The others are never looked at.
-            if tracker.reaches(level, &at) {
+            if !tracker.reaches(level, &at) {
+                continue;
+            }
+            if whole {
+                tracker.take_whole(level, at, scratch);
+                scratch.whole.pack(packed);
+                stats.clone_from(&scratch.whole.stats);
+            } else {
                 let fine = if l == 0 { options.interpolation } else { Interpolation::Bilinear };
                 let affine = l == 0 && options.model == Model::Affine;
-                tracker.take_fresh(level, at, Matrix2::identity(), fine, affine, scratch);
+                tracker.take_fresh(level, at, Matrix2::identity(), (fine, affine), scratch);
                 scratch.patch.pack(tracker.window, packed);
                 stats.clone_from(&scratch.patch.stats);
             }
         }
     };
-    patches.zip(points).with_min_len(POINTS_PER_TASK).for_each_init(Scratch::default, each);
+    patches.zip(points).with_min_len(POINTS_PER_TASK[usize::from(whole)]).for_each_init(Scratch::default, each);
     Kept { levels, length, packed, stats }
 }
 
@@ -148,6 +159,7 @@ fn follow<const STRIPS: usize>(
         let guess = guesses.map_or_else(|| Guess::at(points[i]), |guesses| guesses[i]);
         tracker.track(b, i, points[i], guess, scratch)
     };
-    let indices = (0..points.len()).into_par_iter().with_min_len(POINTS_PER_TASK);
+    let fewest = POINTS_PER_TASK[usize::from(is_whole(options))];
+    let indices = (0..points.len()).into_par_iter().with_min_len(fewest);
     indices.map_init(Scratch::default, one).collect()
 }

@@ -1,9 +1,7 @@
 //! One point from the coarsest level to the finest, and back to check.
 
-use super::iterate::{Iterate, Judge, Plan, Rest, Search};
-use super::lanes::dispatch;
-use super::patch::{Patch, Taking, Unpacking};
-use super::region::Region;
+use super::arithmetic::Scratch;
+use super::iterate::{Plan, Rest};
 use super::solve::{CONTRAST, Fit, Pose, SLOPE_NOISE, Solver, deviation, plausible};
 use super::templates::Kept;
 use super::window::{Weights, Window};
@@ -20,29 +18,18 @@ const ROUGH_PX: f64 = 0.05;
 const LAST_STEPS: usize = 2;
 /// Where nothing says how far a point may go, pixels of a level.
 const FAR_PX: f64 = 64.0;
-/// After a shorter last step the fit before it still holds, pixels.
-const SAME_FIT_PX: f64 = 0.02;
 /// The correlation may still rise by this from the last coarse level, and from the shift alone, to the end.
 const RISE: [f64; 2] = [0.5, 0.3];
 /// A guess that stretches a patch by less than this is not worth another template.
 const STRETCH: f64 = 1.1;
 
-/// Buffers that a thread uses for one point after another.
-#[derive(Default)]
-pub(super) struct Scratch<const STRIPS: usize> {
-    pub patch: Patch<STRIPS>,
-    /// Pixels that templates are taken from, and those that are searched.
-    pub source: Region,
-    sought: Region,
-}
-
 /// Where a template comes from: the patch of `picture` around `at`, along `grid`, unless it was kept.
 #[derive(Clone, Copy)]
-struct Source<'s> {
-    picture: &'s Pyramid,
-    at: Vec2,
-    grid: Matrix2<f64>,
-    kept: Option<usize>,
+pub(super) struct Source<'s> {
+    pub picture: &'s Pyramid,
+    pub at: Vec2,
+    pub grid: Matrix2<f64>,
+    pub kept: Option<usize>,
 }
 
 /// Tracks points of `a`.
@@ -131,9 +118,10 @@ impl<'t, const STRIPS: usize> Tracker<'t, STRIPS> {
         self.coarse_levels(&found, source.picture, &mut pose, scratch).ok()?;
         let grid = self.grid(&guess.warp);
         pose.warp = grid;
-        self.take(&Source { grid: track.warp * grid, ..found }, 0, self.options.interpolation, false, scratch);
-        let solver = Solver::shift(&scratch.patch.stats, self.weights.total, self.least_slope())?;
-        scratch.sought.clear();
+        let found = Source { grid: track.warp * grid, ..found };
+        self.take(&found, 0, &pose.warp, (self.options.interpolation, false), scratch);
+        let solver = Solver::shift(scratch.stats(), self.weights.total, self.least_slope())?;
+        scratch.forget();
         let start = pose.position;
         let plan = Plan { enough: ROUGH_PX, ..self.plan() };
         let rest = self.iterate(source.picture.finest(), &mut pose, &solver, plan, scratch)?;
@@ -187,11 +175,11 @@ impl<'t, const STRIPS: usize> Tracker<'t, STRIPS> {
         if !self.reaches(from, &(source.at / scale)) || !self.reaches(to, &(pose.position / scale)) {
             return None;
         }
-        self.take(source, level, Interpolation::Bilinear, false, scratch);
-        let solver = Solver::textured_shift(&scratch.patch.stats, self.weights.total)?;
+        self.take(source, level, &pose.warp, (Interpolation::Bilinear, false), scratch);
+        let solver = Solver::textured_shift(scratch.stats(), self.weights.total)?;
         let mut moved = Pose { position: pose.position / scale, ..*pose };
         let start = moved.position;
-        scratch.sought.clear();
+        scratch.forget();
         let plan = Plan { enough: ROUGH_PX, ..self.plan() };
         let rest = self.iterate(to, &mut moved, &solver, plan, scratch)?;
         if self.options.settle && (moved.position - start).norm() > self.window.side as f64 {
@@ -222,10 +210,10 @@ impl<'t, const STRIPS: usize> Tracker<'t, STRIPS> {
     ) -> Result<(), Status> {
         let (options, level) = (self.options, b.finest());
         let affine = options.model == Model::Affine;
-        self.take(source, 0, options.interpolation, affine, scratch);
+        self.take(source, 0, &pose.warp, (options.interpolation, affine), scratch);
         let (start, predicted, total) = (pose.position, pose.warp, self.weights.total);
-        let mut solver = Solver::shift(&scratch.patch.stats, total, self.least_slope()).ok_or(Status::LowTexture)?;
-        scratch.sought.clear();
+        let mut solver = Solver::shift(scratch.stats(), total, self.least_slope()).ok_or(Status::LowTexture)?;
+        scratch.forget();
         let careful = options.interpolation != Interpolation::Bilinear;
         let last_but_one = if affine || careful { ROUGH_PX.max(options.epsilon) } else { options.epsilon };
         let plan = Plan { enough: last_but_one, ..self.plan() };
@@ -236,7 +224,7 @@ impl<'t, const STRIPS: usize> Tracker<'t, STRIPS> {
             if !CONTRAST.contains(&fit.gain) || self.hopeless(&fit, RISE[1]) {
                 return Err(Status::Dissimilar);
             }
-            let stats = &scratch.patch.stats;
+            let stats = scratch.stats();
             solver =
                 Solver::affine(stats, self.window, &fit, options.warp_sigma, predicted).ok_or(Status::LowTexture)?;
             rest = self.iterate(level, pose, &solver, plan, scratch).ok_or(Status::NotConverged)?;
@@ -286,88 +274,5 @@ impl<'t, const STRIPS: usize> Tracker<'t, STRIPS> {
             gain_bias: self.options.gain_bias,
             reach: if self.options.settle { 2.0 * self.window.side as f64 } else { FAR_PX },
         }
-    }
-
-    fn take(
-        &self,
-        source: &Source,
-        level: usize,
-        interpolation: Interpolation,
-        affine: bool,
-        scratch: &mut Scratch<STRIPS>,
-    ) {
-        let patch = &mut scratch.patch;
-        if let (Some(index), Some(kept)) = (source.kept, self.kept)
-            && source.grid == Matrix2::identity()
-        {
-            let (packed, stats) = kept.get(index, level);
-            patch.stats.clone_from(stats);
-            let unpacking = Unpacking { packed, window: self.window, weights: &self.weights, patch };
-            return dispatch(unpacking);
-        }
-        self.take_fresh(
-            &source.picture.levels()[level],
-            source.at / f64::from(1_u32 << level),
-            source.grid,
-            interpolation,
-            affine,
-            scratch,
-        );
-    }
-
-    pub fn take_fresh(
-        &self,
-        level: &Level,
-        centre: Vec2,
-        grid: Matrix2<f64>,
-        interpolation: Interpolation,
-        affine: bool,
-        scratch: &mut Scratch<STRIPS>,
-    ) {
-        dispatch(Taking {
-            level,
-            centre,
-            grid,
-            interpolation,
-            window: self.window,
-            weights: &self.weights,
-            affine,
-            gain_bias: self.options.gain_bias,
-            region: &mut scratch.source,
-            patch: &mut scratch.patch,
-        });
-    }
-
-    fn iterate(
-        &self,
-        level: &Level,
-        pose: &mut Pose,
-        solver: &Solver,
-        plan: Plan,
-        scratch: &mut Scratch<STRIPS>,
-    ) -> Option<Rest> {
-        let search = self.search(level, scratch);
-        dispatch(Iterate { search, pose, solver, plan })
-    }
-
-    /// The fit at the pose where stepping came to rest.
-    fn fit(
-        &self,
-        level: &Level,
-        pose: &Pose,
-        rest: &Rest,
-        interpolation: Interpolation,
-        scratch: &mut Scratch<STRIPS>,
-    ) -> Fit {
-        if self.options.gain_bias && rest.last < SAME_FIT_PX {
-            return rest.fit;
-        }
-        let search = self.search(level, scratch);
-        dispatch(Judge { search, pose, interpolation, gain_bias: self.options.gain_bias })
-    }
-
-    fn search<'s>(&'s self, level: &'s Level, scratch: &'s mut Scratch<STRIPS>) -> Search<'s, STRIPS> {
-        let Scratch { patch, sought, .. } = scratch;
-        Search { level, window: self.window, weights: &self.weights, patch, region: sought }
     }
 }
