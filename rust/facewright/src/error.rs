@@ -76,6 +76,17 @@ pub enum FacewrightError {
         /// Range of yaw, degrees.
         degrees: f64,
     },
+    /// The picture of the head grows, but it does not turn.
+    #[error(
+        "the head grows by {:.0} % in the picture but turns by {degrees:.0}° only: neither a zoom nor a step towards the camera shows its depth. Keep the lens as it is and turn the head at least 15° to each side",
+        100.0 * (growth - 1.0)
+    )]
+    OnlyZoom {
+        /// Largest size over the smallest.
+        growth: f64,
+        /// Range of turns, degrees.
+        degrees: f64,
+    },
     /// The camera belongs to other pictures.
     #[error(
         "the camera was calibrated at {camera_width}x{camera_height} but the frames are {width}x{height}: calibrate at the size and orientation in which you film"

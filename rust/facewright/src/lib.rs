@@ -2,7 +2,8 @@
 //!
 //! # Entry points
 //! - [`FrameSet::open`], [`Assets::load`], [`reconstruct`]: the whole path; [`Reconstruction::write`] leaves its files.
-//! - [`calibrate`], [`board`], [`match_pair`], [`track`], [`overlay`]: the other commands of the `facewright` program.
+//! - [`calibrate`], [`board`], [`match_pair`], [`track`], [`solve_motion`], [`overlay`]: the other
+//!   commands of the `facewright` program.
 //! - [`calibration_picture`] draws a calibration, [`match_picture`] matches; they and [`board`] make a [`drawing`] in
 //!   millimetres, which is written as SVG, PDF or PNG.
 //!
@@ -28,6 +29,7 @@ mod frames;
 mod glb;
 pub mod match_picture;
 mod matching;
+mod motion;
 mod observe;
 mod overlay;
 mod paper;
@@ -42,6 +44,9 @@ mod track;
 mod undistort;
 mod unseen;
 
+pub use self::motion::{
+    FrameMotion, HeadMotion, KnownLength, MotionOptions, MotionScale, PointMotion, Roughness, solve_motion,
+};
 pub use assets::Assets;
 pub use calibration::{
     Bend, BoardImage, CalibrateOptions, CalibratedCamera, CalibratedRig, MountedCamera, RigInput, SeenCorner,

@@ -133,7 +133,8 @@ fn track(
     window: Option<usize>,
 ) -> PyResult<Job> {
     let camera = camera.map(SourcedCamera::parse).transpose().map_err(|e| raise(&e))?;
-    let options = TrackClipOptions { method: method_of(method)?, camera, points, window, from: None };
+    let options =
+        TrackClipOptions { method: method_of(method)?, camera, points, window, interocular: None, from: None };
     Job::start(move |progress| {
         let frames = FrameSet::open(&frames, progress)?;
         let tracks = facewright::track(&frames, &Assets::load(&assets)?, &options, progress)?;

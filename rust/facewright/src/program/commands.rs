@@ -5,8 +5,9 @@ use facewright::board::{SheetOptions, sheet};
 use facewright::drawing::{DPI, Format};
 use facewright::match_picture::of_match;
 use facewright::{
-    Assets, FacewrightError, FrameSet, MatchOptions, MatchedPair, ReconstructOptions, SourcedCamera, TrackClipOptions,
-    Tracks, check_folder, match_pair, overlay, reconstruct, track, write_json,
+    Assets, FacewrightError, FrameSet, HeadMotion, MatchOptions, MatchedPair, MotionOptions, ReconstructOptions,
+    SourcedCamera, TrackClipOptions, Tracks, check_folder, match_pair, overlay, reconstruct, solve_motion, track,
+    write_json,
 };
 use geometry::Progress;
 use image::imageops;
@@ -70,6 +71,7 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
                 camera: camera.as_deref().map(SourcedCamera::read).transpose()?,
                 points: *points,
                 window: *window,
+                interocular: None,
                 from: from.clone(),
             };
             check_output(output)?;
@@ -80,6 +82,22 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
             let count = tracks.tracks.len();
             let text = format!("{count} points in {used} of {} frames, in {}", frames.len(), output.display());
             Ok(Summary { text, json: json!(tracks) })
+        }
+        Command::Motion { frames, tracks, camera, interocular_mm, lengths, output } => {
+            let camera = camera.as_deref().map(SourcedCamera::read).transpose()?;
+            let interocular = interocular_mm.map(|mm| mm / 1000.0);
+            check_output(output)?;
+            let tracks = match tracks {
+                Some(file) => Tracks::read(file)?,
+                None => {
+                    let options = TrackClipOptions { camera, interocular, ..TrackClipOptions::default() };
+                    track(&FrameSet::open(frames, progress)?, &load_assets(arguments)?, &options, progress)?
+                }
+            };
+            let options = MotionOptions { camera, interocular, lengths: lengths.clone(), ..MotionOptions::default() };
+            let motion = solve_motion(&tracks, &options, progress)?;
+            write_json(output, &motion)?;
+            Ok(Summary { text: motion_text(&motion, output), json: json!(motion) })
         }
         Command::Reconstruct { frames, camera, method, texture_size, interocular_mm, tracks, output } => {
             let options = ReconstructOptions {
@@ -106,6 +124,21 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
             Ok(Summary { text, json: json!({ "drawn": drawn }) })
         }
     }
+}
+
+fn motion_text(motion: &HeadMotion, output: &Path) -> String {
+    let posed = motion.frames.iter().filter(|f| f.used).count();
+    let rigid = motion.points.iter().filter(|p| !p.moves).count();
+    let focal =
+        motion.focal_sigma_px.map_or(String::new(), |s| format!(", focal {:.0} ± {s:.0} px", motion.camera.camera.fx));
+    let warnings: String = motion.warnings.iter().map(|w| format!("\nwarning: {w}")).collect();
+    format!(
+        "{posed} of {} frames posed, {rigid} points fixed and {} moving, {:.2} px{focal}, in {}{warnings}",
+        motion.frames.len(),
+        motion.points.len() - rigid,
+        motion.reprojection_rms_px,
+        output.display()
+    )
 }
 
 fn draw_match(

@@ -7,7 +7,7 @@ mod commands;
 mod watch;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use facewright::{Bend, Method, board::Page};
+use facewright::{Bend, KnownLength, Method, board::Page};
 use geometry::Board;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -135,6 +135,27 @@ enum Command {
         from: Option<String>,
         /// Tracks file to write
         #[arg(short, long, default_value = "tracks.json")]
+        output: PathBuf,
+    },
+    /// Solves for the head's pose in every frame and the places of its points
+    Motion {
+        /// Image files in the order of time, a folder, or a video
+        #[arg(required_unless_present = "tracks", conflicts_with = "tracks")]
+        frames: Vec<PathBuf>,
+        /// Tracks of them, made before
+        #[arg(long, value_name = "FILE")]
+        tracks: Option<PathBuf>,
+        /// Calibrated camera; without it the focal length is refined
+        #[arg(long)]
+        camera: Option<PathBuf>,
+        /// Distance between the eyes' centres, millimetres, when it is known
+        #[arg(long, value_name = "MM")]
+        interocular_mm: Option<f64>,
+        /// Length between two tracks that was measured on the head: numbers of the tracks and millimetres
+        #[arg(long = "length", value_name = "A:B=MM", value_parser = length)]
+        lengths: Vec<KnownLength>,
+        /// Motion file to write
+        #[arg(short, long, default_value = "motion.json")]
         output: PathBuf,
     },
     /// Reconstructs the head
@@ -303,6 +324,16 @@ fn counts(text: &str, least: u32) -> Option<(u32, u32)> {
     let (columns, rows) = text.split_once('x')?;
     let parsed = (columns.parse().ok()?, rows.parse().ok()?);
     (parsed.0 >= least && parsed.1 >= least).then_some(parsed)
+}
+
+fn length(text: &str) -> Result<KnownLength, String> {
+    let parts = || {
+        let (ends, mm) = text.split_once('=')?;
+        let (from, to) = ends.split_once(':')?;
+        let length = mm.parse::<f64>().ok().filter(|mm| *mm > 0.0)? / 1000.0;
+        Some(KnownLength { from: from.parse().ok()?, to: to.parse().ok()?, length })
+    };
+    parts().ok_or_else(|| "two track numbers and millimetres, like 12:48=63.5".to_owned())
 }
 
 fn named(text: &str) -> Result<(String, PathBuf), String> {

@@ -17,6 +17,7 @@ use crate::select::{SelectOptions, judge_all, yaw_pitch};
 use crate::{Assets, CameraSource, FacewrightError, FrameSet, Method, SourcedCamera};
 use geometry::{Camera, Progress, Transform, Vec2, Vec3};
 use head::GenericHead;
+use head::fit::eye_centres;
 use image::{GrayImage, Luma};
 use rayon::prelude::*;
 use vision::track::TrackError;
@@ -42,13 +43,15 @@ pub struct TrackClipOptions {
     pub points: usize,
     /// Window of the tracker, odd pixels; the paper's best (7), or in proportion to the face, unless given.
     pub window: Option<usize>,
+    /// Distance between the pupils, metres, when it is known.
+    pub interocular: Option<f64>,
     /// Name of the only frame in which points are chosen; several frames from different sides unless given.
     pub from: Option<String>,
 }
 
 impl Default for TrackClipOptions {
     fn default() -> Self {
-        Self { method: Method::Default, camera: None, points: 200, window: None, from: None }
+        Self { method: Method::Default, camera: None, points: 200, window: None, interocular: None, from: None }
     }
 }
 
@@ -69,7 +72,7 @@ pub fn track(
         return Err(TrackError::Window(window).into());
     }
     let mut camera = starting_camera(frames, options.camera.as_ref())?;
-    let faces = Faces::look(frames, assets, &camera, None, progress)?;
+    let faces = Faces::look(frames, assets, &camera, options.interocular, progress)?;
     if camera.source != CameraSource::Board {
         camera.camera = faces.landmark_fit.camera;
     }
@@ -268,6 +271,7 @@ impl<'a> Sequence<'a> {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             method: self.options.method,
             camera,
+            interocular: eye_centres(self.head, &self.faces.landmark_fit.positions).map(|[a, b]| (a - b).norm()),
             window,
             frames: (0..self.frames.len()).map(frame).collect(),
             tracks,

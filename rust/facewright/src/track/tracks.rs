@@ -61,6 +61,9 @@ pub struct Tracks {
     pub method: Method,
     /// The camera; its focal length is the landmarks' estimate unless it was calibrated.
     pub camera: SourcedCamera,
+    /// Distance between the pupils of the landmarks' head, whose poses the frames have, metres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interocular: Option<f64>,
     /// Side of the tracker's window in the first reference frame, pixels.
     pub window: usize,
     /// Every frame given.
@@ -135,6 +138,7 @@ mod tests {
             version: String::new(),
             method: Method::Default,
             camera: SourcedCamera { camera: Camera::centred(64, 48, 60.0), source: CameraSource::Board },
+            interocular: None,
             window: 11,
             frames: vec![frame("a"), frame("b")],
             tracks: vec![PointTrack { id: 7, reference: 0, region: Region::Mouth, observations, gaps: Vec::new() }],

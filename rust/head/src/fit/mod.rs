@@ -26,7 +26,7 @@ pub(crate) mod testing;
 pub use cloud::{CloudFrame, CloudPoint, HeadFit, fit_cloud};
 pub use landmarks::fit_landmarks;
 pub(crate) use model::tangents;
-pub use size::HeadSize;
+pub use size::{HeadSize, eye_centres};
 
 use geometry::{Camera, Transform, Vec2, Vec3};
 

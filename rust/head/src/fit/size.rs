@@ -27,7 +27,7 @@ pub enum HeadSize {
 }
 
 /// Midpoints of the eyeballs, left and right.
-pub(crate) fn eye_centres(head: &GenericHead, positions: &[Vec3]) -> Option<[Vec3; 2]> {
+pub fn eye_centres(head: &GenericHead, positions: &[Vec3]) -> Option<[Vec3; 2]> {
     let centre = |name| {
         let vertices = &positions[head.part(name)?.vertices.clone()];
         (!vertices.is_empty()).then(|| vertices.iter().sum::<Vec3>() / vertices.len() as f64)

@@ -1,0 +1,148 @@
+//! The pose of the head in every frame and a metric cloud of its points, from tracks.
+//!
+//! # Entry points
+//! [`solve_motion`] with [`MotionOptions`]; [`HeadMotion`] is what `motion.json` holds.
+//!
+//! # Conventions
+//! Those of [`geometry`]; the head frame is that of the landmarks' head, placed by the poses of the tracks.
+//!
+//! # Order of work
+//! Skin alone gives a first motion; every track is judged by it over the whole sequence, so that lips, lids and brows
+//! take part where they are still and are left out where they talk (`rigid`); what is rigid gives the motion; then the
+//! size (`scale`) and what is said of it (`report`).
+
+mod refuse;
+mod report;
+mod rigid;
+mod scale;
+
+use crate::clock::Clock;
+use crate::{CameraSource, FacewrightError, Region, SourcedCamera, Tracks};
+use geometry::{Camera, Progress, Transform};
+use motion::bundle::FocalPrior;
+use motion::sequence::{PointTrack, Sequence, SequenceOptions, Sighting, reconstruct_sequence};
+use refuse::refuse;
+pub use report::{FrameMotion, HeadMotion, MotionScale, PointMotion, Roughness};
+use rigid::{Judged, judge};
+pub use scale::KnownLength;
+
+/// How [`solve_motion`] works.
+#[derive(Clone, Debug)]
+pub struct MotionOptions {
+    /// Calibrated camera; without it that of the tracks.
+    pub camera: Option<SourcedCamera>,
+    /// Distance between the pupils, metres, when it is known.
+    pub interocular: Option<f64>,
+    /// Lengths measured on the head; they outdo all else that is known of its size.
+    pub lengths: Vec<KnownLength>,
+    /// Standard deviation of the landmarks' rotations about each axis, radians.
+    pub landmark_sigma_rad: f64,
+    /// Standard deviation of the landmarks' positions along each axis, metres.
+    pub landmark_sigma_m: f64,
+    /// Distance of a right observation from its point at most, pixels.
+    pub threshold_px: f64,
+}
+
+impl Default for MotionOptions {
+    /// The landmarks' poses hold nothing but the frame of the head.
+    fn default() -> Self {
+        Self {
+            camera: None,
+            interocular: None,
+            lengths: Vec::new(),
+            landmark_sigma_rad: 0.3,
+            landmark_sigma_m: 0.3,
+            threshold_px: 1.5,
+        }
+    }
+}
+
+/// Solves for the poses of all frames and the places of all points.
+///
+/// # Errors
+/// [`FacewrightError::NoRotation`] if the head hardly turns; others of [`motion::MotionError`] where tracks and poses do
+/// not fit together; [`FacewrightError::OtherCamera`] if the camera is of another size; [`FacewrightError::Cancelled`].
+pub fn solve_motion(
+    tracks: &Tracks,
+    options: &MotionOptions,
+    progress: &Progress,
+) -> Result<HeadMotion, FacewrightError> {
+    let mut clock = Clock::start();
+    let camera = camera(tracks, options)?;
+    refuse(tracks)?;
+    let problem = Problem::new(tracks, camera, options);
+    let skin: Vec<bool> = tracks.tracks.iter().map(|track| track.region == Region::Skin).collect();
+    let poses: Vec<Option<Transform>> = tracks.frames.iter().map(|frame| frame.cam_from_head).collect();
+    let first = problem.solve(&skin, &camera.camera, &poses, progress)?;
+    let judged = judge(&problem.tracks, &first, options.threshold_px);
+    clock.lap("skin");
+    let rigid: Vec<bool> = judged.iter().map(|judged| *judged == Judged::Rigid).collect();
+    let poses: Vec<Option<Transform>> = first.poses.iter().map(|pose| pose.as_ref().ok().copied()).collect();
+    let last = problem.solve(&rigid, &first.camera, &poses, progress)?;
+    clock.lap("motion");
+    report::report(tracks, &problem, last, &judged, options, clock)
+}
+
+/// The camera to start with.
+fn camera(tracks: &Tracks, options: &MotionOptions) -> Result<SourcedCamera, FacewrightError> {
+    let Some(known) = options.camera else { return Ok(tracks.camera) };
+    let (own, of_tracks) = (&known.camera, &tracks.camera.camera);
+    if (own.width, own.height) != (of_tracks.width, of_tracks.height) {
+        return Err(FacewrightError::OtherCamera {
+            camera_width: own.width,
+            camera_height: own.height,
+            width: of_tracks.width,
+            height: of_tracks.height,
+        });
+    }
+    Ok(known)
+}
+
+/// Tracks as the solver takes them, and what holds for every solution.
+struct Problem {
+    tracks: Vec<PointTrack>,
+    camera: SourcedCamera,
+    options: SequenceOptions,
+}
+
+impl Problem {
+    fn new(tracks: &Tracks, camera: SourcedCamera, options: &MotionOptions) -> Self {
+        let sighting = |&(frame, u, v, sigma_px): &crate::PointObservation| Sighting {
+            frame,
+            pixel: geometry::Vec2::new(u, v),
+            sigma_px,
+        };
+        let solver = SequenceOptions {
+            frames: tracks.frames.len(),
+            initial_sigma_rad: options.landmark_sigma_rad,
+            initial_sigma_m: options.landmark_sigma_m,
+            threshold_px: options.threshold_px,
+            refine_focal: camera.source != CameraSource::Board,
+            focal_prior: focal_prior(&camera),
+            ..SequenceOptions::default()
+        };
+        let of_track =
+            |track: &crate::PointTrack| PointTrack { observations: track.observations.iter().map(sighting).collect() };
+        Self { tracks: tracks.tracks.iter().map(of_track).collect(), camera, options: solver }
+    }
+
+    /// The motion by the tracks that take part; points keep the numbers of all tracks.
+    fn solve(
+        &self,
+        takes_part: &[bool],
+        camera: &Camera,
+        poses: &[Option<Transform>],
+        progress: &Progress,
+    ) -> Result<Sequence, FacewrightError> {
+        let chosen = |(track, part): (&PointTrack, &bool)| if *part { track.clone() } else { PointTrack::default() };
+        let tracks: Vec<PointTrack> = self.tracks.iter().zip(takes_part).map(chosen).collect();
+        let options = SequenceOptions { initial_poses: Some(poses.to_vec()), ..self.options.clone() };
+        Ok(reconstruct_sequence(&tracks, camera, &options, progress)?)
+    }
+}
+
+/// What is known of the focal length before anything moves; `None` for a calibrated one.
+fn focal_prior(camera: &SourcedCamera) -> Option<FocalPrior> {
+    let relative = camera.source.focal_sigma();
+    (relative > 0.0).then(|| FocalPrior { focal_px: camera.camera.fx, sigma_px: relative * camera.camera.fx })
+}

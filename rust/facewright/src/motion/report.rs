@@ -1,0 +1,270 @@
+//! What `motion.json` holds.
+
+use super::rigid::Judged;
+use super::scale::{by_landmarks, by_lengths};
+use super::{MotionOptions, Problem};
+use crate::clock::Clock;
+use crate::{CameraSource, FacewrightError, Region, SourcedCamera, Tracks};
+use geometry::{Transform, Vec3};
+use motion::sequence::Sequence;
+use motion::triangulate::triangulate_robust;
+use nalgebra::UnitQuaternion;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// One frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrameMotion {
+    /// File name without extension.
+    pub name: String,
+    /// Whether the head could be placed in it.
+    pub used: bool,
+    /// What it rests on, or why there is no pose.
+    pub reason: String,
+    /// Pose of the head.
+    pub cam_from_head: Option<Transform>,
+    /// Standard deviation of the rotation, degrees, root of the sum over the axes.
+    pub rotation_sigma_deg: Option<f64>,
+    /// Standard deviation of the position at the head's middle, millimetres, root of the sum over the axes.
+    pub translation_sigma_mm: Option<f64>,
+    /// Root mean square distance of its points from where they are seen, pixels.
+    pub reprojection_rms_px: Option<f64>,
+    /// Points that agree with the pose.
+    pub points: usize,
+}
+
+/// One point.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PointMotion {
+    /// Number of its track.
+    pub id: usize,
+    /// Head frame, metres.
+    pub position: [f64; 3],
+    /// Standard deviation, millimetres, root mean square over the axes.
+    pub sigma_mm: f64,
+    /// Frames that agree with it.
+    pub frames: usize,
+    /// Root mean square distance from where it is seen in them, pixels.
+    pub reprojection_rms_px: f64,
+    /// What it belongs to.
+    pub region: Region,
+    /// Whether it moves against the head, and took no part in the motion.
+    pub moves: bool,
+}
+
+impl PointMotion {
+    /// Head frame, metres.
+    pub fn position(&self) -> Vec3 {
+        Vec3::from(self.position)
+    }
+}
+
+/// The size and what it rests on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotionScale {
+    /// What fixed it.
+    pub source: String,
+    /// Metres per unit of the file: 1.
+    pub metres_per_unit: f64,
+    /// Its standard deviation, as part of it.
+    pub relative_sigma: f64,
+}
+
+/// How unsteady the motion is: median second differences over neighbouring frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Roughness {
+    /// Of the rotation, degrees.
+    pub rotation_deg: f64,
+    /// Of the middle of the points, millimetres.
+    pub translation_mm: f64,
+}
+
+/// `motion.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HeadMotion {
+    /// Version of Facewright.
+    pub version: String,
+    /// The camera, its focal length refined unless it was calibrated.
+    pub camera: SourcedCamera,
+    /// Standard deviation of a refined focal length, pixels.
+    pub focal_sigma_px: Option<f64>,
+    /// Every frame of the tracks.
+    pub frames: Vec<FrameMotion>,
+    /// Every point that has a place.
+    pub points: Vec<PointMotion>,
+    /// Size.
+    pub scale: MotionScale,
+    /// Root mean square distance of points from where they are seen, pixels, over all that agree.
+    pub reprojection_rms_px: f64,
+    /// Unsteadiness.
+    pub roughness: Roughness,
+    /// Seconds per stage.
+    pub timings_s: BTreeMap<String, f64>,
+    /// What the artist should know.
+    pub warnings: Vec<String>,
+}
+
+/// Fewer points than this make a pose doubtful.
+const FEW_POINTS: usize = 20;
+/// So many frames with the same reason are not named one by one.
+const NAMED: usize = 5;
+/// A focal length less certain than this is warned of, as part of it.
+const VAGUE_FOCAL: f64 = 0.1;
+
+/// Puts the result together: points, size, frames, and what to say of them.
+pub(super) fn report(
+    tracks: &Tracks,
+    problem: &Problem,
+    mut motion: Sequence,
+    judged: &[Judged],
+    options: &MotionOptions,
+    mut clock: Clock,
+) -> Result<HeadMotion, FacewrightError> {
+    let mut points = points(tracks, problem, &motion, judged);
+    let mut poses: Vec<Option<Transform>> = motion.poses.iter().map(|pose| pose.as_ref().ok().copied()).collect();
+    let size = if options.lengths.is_empty() {
+        by_landmarks(tracks, &poses, &motion.camera, options.interocular)?
+    } else {
+        by_lengths(&points, &options.lengths)?
+    };
+    poses.iter_mut().flatten().for_each(|pose| pose.translation *= size.factor);
+    for point in &mut points {
+        point.position = (point.position() * size.factor).into();
+        point.sigma_mm *= size.factor;
+    }
+    let frames = frames(tracks, &motion, &poses);
+    let focal_sigma_px = motion.report.focal_sigma_px.take();
+    clock.lap("report");
+    Ok(HeadMotion {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        warnings: warnings(&frames, problem, &motion, focal_sigma_px),
+        roughness: roughness(&poses, &middle(&points)),
+        camera: SourcedCamera { camera: motion.camera, source: problem.camera.source },
+        focal_sigma_px,
+        frames,
+        points,
+        scale: size.scale,
+        reprojection_rms_px: motion.report.rms_px,
+        timings_s: clock.finish(),
+    })
+}
+
+fn points(tracks: &Tracks, problem: &Problem, motion: &Sequence, judged: &[Judged]) -> Vec<PointMotion> {
+    let point = |(k, track): (usize, &crate::PointTrack)| {
+        let fit = motion.report.points[k];
+        let rigid = motion.points[k].filter(|_| judged[k] == Judged::Rigid && fit.observations > 1);
+        if let Some(position) = rigid {
+            return Some(PointMotion {
+                id: track.id,
+                position: position.into(),
+                sigma_mm: 1000.0 * motion.report.point_sigma[k],
+                frames: fit.observations,
+                reprojection_rms_px: fit.rms_px,
+                region: track.region,
+                moves: false,
+            });
+        }
+        (judged[k] == Judged::Moves).then(|| moving(track, &problem.tracks[k], motion, problem)).flatten()
+    };
+    tracks.tracks.iter().enumerate().filter_map(point).collect()
+}
+
+/// A point that moves against the head: its usual place, as far as it has one.
+fn moving(
+    track: &crate::PointTrack,
+    seen: &motion::sequence::PointTrack,
+    motion: &Sequence,
+    problem: &Problem,
+) -> Option<PointMotion> {
+    let camera = &motion.camera;
+    let seen: Vec<_> =
+        seen.observations.iter().filter_map(|o| Some((*motion.poses[o.frame].as_ref().ok()?, o.pixel))).collect();
+    let rays: Vec<_> = seen.iter().map(|(pose, pixel)| (*pose, camera.normalise(pixel))).collect();
+    let (found, near) = triangulate_robust(&rays, problem.options.threshold_px / camera.fx)?;
+    let distances =
+        seen.iter().filter_map(|(pose, pixel)| Some((camera.project(&pose.apply(&found.point))? - pixel).norm()));
+    let squares: Vec<f64> = distances.map(|d| d * d).collect();
+    let rms = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
+    let depth = seen.first().map_or(0.0, |(pose, _)| pose.apply(&found.point).z);
+    Some(PointMotion {
+        id: track.id,
+        position: found.point.into(),
+        sigma_mm: 1000.0 * rms * depth / camera.fx,
+        frames: near.iter().filter(|near| **near).count(),
+        reprojection_rms_px: rms,
+        region: track.region,
+        moves: true,
+    })
+}
+
+fn frames(tracks: &Tracks, motion: &Sequence, poses: &[Option<Transform>]) -> Vec<FrameMotion> {
+    let frame = |(k, tracked): (usize, &crate::FrameTracks)| {
+        let fit = motion.report.frames[k];
+        let reason = match &motion.poses[k] {
+            Ok(_) if fit.observations < FEW_POINTS => format!("only {} points", fit.observations),
+            Ok(_) => tracked.reason.clone(),
+            // What the tracker said of the frame says more than that it has no points.
+            Err(_) if !tracked.used => tracked.reason.clone(),
+            Err(error) => error.to_string(),
+        };
+        let pose = poses[k];
+        FrameMotion {
+            name: tracked.name.clone(),
+            used: pose.is_some(),
+            reason,
+            cam_from_head: pose,
+            rotation_sigma_deg: None,
+            translation_sigma_mm: None,
+            reprojection_rms_px: pose.map(|_| fit.rms_px),
+            points: if pose.is_some() { fit.observations } else { 0 },
+        }
+    };
+    tracks.frames.iter().enumerate().map(frame).collect()
+}
+
+/// The middle of the points that move with the head.
+fn middle(points: &[PointMotion]) -> Vec3 {
+    let rigid: Vec<Vec3> = points.iter().filter(|p| !p.moves).map(PointMotion::position).collect();
+    rigid.iter().sum::<Vec3>() / rigid.len().max(1) as f64
+}
+
+fn roughness(poses: &[Option<Transform>], middle: &Vec3) -> Roughness {
+    let (mut turns, mut shifts) = (Vec::new(), Vec::new());
+    for three in poses.windows(3) {
+        let [Some(a), Some(b), Some(c)] = three else { continue };
+        let turn = |from: &Transform, to: &Transform| {
+            UnitQuaternion::from_rotation_matrix(&(to.rotation * from.rotation.inverse())).scaled_axis()
+        };
+        turns.push((turn(b, c) - turn(a, b)).norm().to_degrees());
+        shifts.push(1000.0 * (c.apply(middle) - 2.0 * b.apply(middle) + a.apply(middle)).norm());
+    }
+    let median = crate::select::median;
+    Roughness { rotation_deg: median(turns.into_iter()), translation_mm: median(shifts.into_iter()) }
+}
+
+fn warnings(frames: &[FrameMotion], problem: &Problem, motion: &Sequence, focal_sigma_px: Option<f64>) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let mut reasons: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for frame in frames.iter().filter(|frame| !frame.used) {
+        reasons.entry(&frame.reason).or_default().push(&frame.name);
+    }
+    for (reason, names) in reasons {
+        let which = if names.len() > NAMED { format!("{} frames", names.len()) } else { names.join(", ") };
+        warnings.push(format!("{which} without a pose: {reason}"));
+    }
+    if problem.camera.source != CameraSource::Board {
+        let focal = motion.camera.fx;
+        match focal_sigma_px {
+            Some(sigma) if sigma > VAGUE_FOCAL * focal => warnings.push(format!(
+                "the focal length, {focal:.0} ± {sigma:.0} px, is poorly determined and the head's depth with it: \
+                 turn further, come nearer, or calibrate with a board"
+            )),
+            _ => {}
+        }
+    }
+    if !motion.anchored {
+        warnings
+            .push("the tracks contradict the landmarks' poses: the head's own directions and size are guessed".into());
+    }
+    warnings
+}

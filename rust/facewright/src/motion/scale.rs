@@ -1,0 +1,87 @@
+//! The size of the head: what it rests on, and how far it can be trusted.
+
+use super::report::{MotionScale, PointMotion};
+use crate::{FacewrightError, Tracks};
+use geometry::{Camera, Transform};
+
+/// Spread of people's heads around the usual one, by pupils and irises.
+const USUAL_SIGMA: f64 = 0.04;
+/// What a pair of pupils can be measured to, metres.
+const PUPILS_SIGMA_M: f64 = 0.001;
+/// What a length on a face can be measured to, metres.
+const LENGTH_SIGMA_M: f64 = 0.0005;
+
+/// A length that was measured on the head.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KnownLength {
+    /// Number of the track at one end.
+    pub from: usize,
+    /// Number of the track at the other.
+    pub to: usize,
+    /// Metres.
+    pub length: f64,
+}
+
+/// A factor by which everything is to grow, and what that rests on.
+pub(super) struct Size {
+    pub factor: f64,
+    pub scale: MotionScale,
+}
+
+/// What the landmarks make of the size: their head is as wide in the pictures as the solved one.
+pub(super) fn by_landmarks(
+    tracks: &Tracks,
+    poses: &[Option<Transform>],
+    camera: &Camera,
+    interocular: Option<f64>,
+) -> Result<Size, FacewrightError> {
+    let focal = tracks.camera.camera.fx;
+    let mut ratios: Vec<f64> = tracks
+        .frames
+        .iter()
+        .zip(poses)
+        .filter_map(|(frame, pose)| {
+            let (theirs, ours) = (frame.cam_from_head?.translation.z / focal, pose.as_ref()?.translation.z / camera.fx);
+            Some(theirs / ours)
+        })
+        .collect();
+    ratios.sort_by(f64::total_cmp);
+    let factor = ratios.get(ratios.len() / 2).copied().unwrap_or(1.0);
+    let Some(wanted) = interocular else {
+        let source = "usual distance of the pupils and diameter of the iris".to_owned();
+        return Ok(Size { factor, scale: MotionScale { source, metres_per_unit: 1.0, relative_sigma: USUAL_SIGMA } });
+    };
+    let theirs = tracks.interocular.filter(|metres| *metres > 0.0).ok_or(FacewrightError::Tracks {
+        reason: "they do not say how far apart the eyes are; track again, or give a length between two points".into(),
+    })?;
+    let source = format!("distance between the pupils, given as {:.1} mm", 1000.0 * wanted);
+    let scale = MotionScale { source, metres_per_unit: 1.0, relative_sigma: PUPILS_SIGMA_M / wanted };
+    Ok(Size { factor: factor * wanted / theirs, scale })
+}
+
+/// What measured lengths make of it: their mean, each by its certainty.
+pub(super) fn by_lengths(points: &[PointMotion], lengths: &[KnownLength]) -> Result<Size, FacewrightError> {
+    let place = |id: usize| {
+        points.iter().find(|point| point.id == id && !point.moves).ok_or_else(|| FacewrightError::Tracks {
+            reason: format!("point {id} of a length has no fixed place on the head"),
+        })
+    };
+    let (mut weights, mut sum) = (0.0, 0.0);
+    for known in lengths {
+        let (a, b) = (place(known.from)?, place(known.to)?);
+        let found = (a.position() - b.position()).norm();
+        if !(known.length > 0.0 && known.length.is_finite() && found > 0.0) {
+            return Err(FacewrightError::Option { name: "a length", expected: "positive, between two points" });
+        }
+        let sigma = (a.sigma_mm.hypot(b.sigma_mm) / 1000.0 / found).hypot(LENGTH_SIGMA_M / known.length);
+        let weight = 1.0 / (sigma * sigma);
+        weights += weight;
+        sum += weight * known.length / found;
+    }
+    let source = match lengths {
+        [one] => format!("distance of points {} and {}, given as {:.1} mm", one.from, one.to, 1000.0 * one.length),
+        several => format!("{} lengths that were measured on the head", several.len()),
+    };
+    let scale = MotionScale { source, metres_per_unit: 1.0, relative_sigma: (1.0 / weights).sqrt() };
+    Ok(Size { factor: sum / weights, scale })
+}
