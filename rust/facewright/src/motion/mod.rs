@@ -19,7 +19,7 @@ mod scale;
 use crate::clock::Clock;
 use crate::{CameraSource, FacewrightError, Region, SourcedCamera, Tracks};
 use geometry::{Camera, Progress, Transform};
-use motion::bundle::FocalPrior;
+use motion::bundle::{FocalPrior, PointPrior};
 use motion::sequence::{PointTrack, Sequence, SequenceOptions, Sighting, reconstruct_sequence};
 use refuse::refuse;
 pub use report::{FrameMotion, HeadMotion, MotionScale, PointMotion, Roughness};
@@ -39,12 +39,14 @@ pub struct MotionOptions {
     pub landmark_sigma_rad: f64,
     /// Standard deviation of the landmarks' positions along each axis, metres.
     pub landmark_sigma_m: f64,
+    /// Standard deviation of the landmarks' head under a point, metres.
+    pub surface_sigma_m: f64,
     /// Distance of a right observation from its point at most, pixels.
     pub threshold_px: f64,
 }
 
 impl Default for MotionOptions {
-    /// The landmarks' poses hold nothing but the frame of the head.
+    /// The landmarks' poses hold nothing but the frame of the head; their head holds what a narrow turn leaves open.
     fn default() -> Self {
         Self {
             camera: None,
@@ -52,6 +54,7 @@ impl Default for MotionOptions {
             lengths: Vec::new(),
             landmark_sigma_rad: 0.3,
             landmark_sigma_m: 0.3,
+            surface_sigma_m: 0.006,
             threshold_px: 1.5,
         }
     }
@@ -119,6 +122,7 @@ impl Problem {
             threshold_px: options.threshold_px,
             refine_focal: camera.source != CameraSource::Board,
             focal_prior: focal_prior(&camera),
+            point_priors: point_priors(tracks, options.surface_sigma_m),
             ..SequenceOptions::default()
         };
         let of_track =
@@ -139,6 +143,12 @@ impl Problem {
         let options = SequenceOptions { initial_poses: Some(poses.to_vec()), ..self.options.clone() };
         Ok(reconstruct_sequence(&tracks, camera, &options, progress)?)
     }
+}
+
+/// Where points are on the landmarks' head.
+fn point_priors(tracks: &Tracks, sigma: f64) -> Vec<PointPrior> {
+    let placed = tracks.tracks.iter().enumerate().filter_map(|(k, track)| Some((k, track.place?)));
+    placed.map(|(k, place)| PointPrior::near(k, place.into(), sigma)).collect()
 }
 
 /// What is known of the focal length before anything moves; `None` for a calibrated one.

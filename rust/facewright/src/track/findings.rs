@@ -2,7 +2,7 @@
 
 use super::search::FINEST_PX;
 use super::{PointObservation, PointTrack, Region};
-use geometry::Vec2;
+use geometry::{Vec2, Vec3};
 use std::fmt::{self, Display, Formatter};
 use vision::correct::{Outcome, Reason};
 use vision::track::Status;
@@ -69,13 +69,14 @@ pub struct Findings(Vec<Point>);
 struct Point {
     reference: usize,
     region: Region,
+    place: Option<Vec3>,
     findings: Vec<Finding>,
 }
 
 impl Findings {
-    /// Adds a point, chosen in a frame.
-    pub fn add(&mut self, reference: usize, region: Region) {
-        self.0.push(Point { reference, region, findings: Vec::new() });
+    /// Adds a point, chosen in a frame, and its place on the landmarks' head at rest, if that is known.
+    pub fn add(&mut self, reference: usize, region: Region, place: Option<Vec3>) {
+        self.0.push(Point { reference, region, place, findings: Vec::new() });
     }
 
     /// Notes what was found of point `number` in the next frame: every frame is noted, in order.
@@ -127,7 +128,8 @@ impl Point {
         }
         let finest = |o: &PointObservation| (o.0, o.1, o.2, o.3.max(FINEST_PX));
         let observations = self.findings.iter().flatten().map(finest).collect();
-        PointTrack { id, reference: self.reference, region: self.region, observations, gaps }
+        let place = self.place.map(Into::into);
+        PointTrack { id, reference: self.reference, region: self.region, place, observations, gaps }
     }
 }
 
@@ -140,7 +142,7 @@ mod tests {
 
     fn findings(of_frames: &[Option<Loss>]) -> Findings {
         let mut findings = Findings::default();
-        findings.add(0, Region::Skin);
+        findings.add(0, Region::Skin, None);
         for (frame, loss) in of_frames.iter().enumerate() {
             findings.note(0, loss.map_or(Ok((frame, 1.0, 2.0, 0.01)), |loss| Err((frame, loss))));
         }

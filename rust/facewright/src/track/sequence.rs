@@ -9,12 +9,13 @@ use super::findings::{Finding, Findings, Loss};
 use super::region::region;
 use super::relay::relay;
 use super::search::{Anchors, REFERENCE_PX, Scene, Search, SearchOptions, Seed, seeds};
-use super::surface::{Surface, View};
+use super::surface::{SkinPoint, Surface, View};
 use super::{FrameTracks, PointTrack, Tracks};
 use crate::camera::starting_camera;
 use crate::faces::{Faces, TrackedSkin};
 use crate::select::{SelectOptions, judge_all, yaw_pitch};
 use crate::{Assets, CameraSource, FacewrightError, FrameSet, Method, SourcedCamera};
+use geometry::mesh::at_barycentric;
 use geometry::{Camera, Progress, Transform, Vec2, Vec3};
 use head::GenericHead;
 use head::fit::eye_centres;
@@ -137,6 +138,11 @@ impl<'a> Sequence<'a> {
         self.faces.observations[index].face.as_ref().map_or(super::Region::Skin, |face| region(face, pixel))
     }
 
+    /// Where a place of the skin is when the face is at rest, head frame, metres.
+    pub fn place(&self, point: &SkinPoint) -> Vec3 {
+        at_barycentric(&self.faces.landmark_fit.positions, &point.triangle, &point.weights)
+    }
+
     /// Reads a frame; `None` where it shows no face.
     pub fn shoot(&self, index: usize) -> Result<Option<Shot>, FacewrightError> {
         let (fit, face) = (&self.faces.landmark_fit, &self.faces.observations[index].face);
@@ -179,7 +185,11 @@ impl<'a> Sequence<'a> {
         let mut findings = Findings::default();
         for reference in &references {
             let region = |seed: &Seed| self.region(reference.index, &seed.pixel);
-            reference.anchors.seeds.iter().for_each(|seed| findings.add(reference.index, region(seed)));
+            reference
+                .anchors
+                .seeds
+                .iter()
+                .for_each(|seed| findings.add(reference.index, region(seed), Some(self.place(&seed.point))));
         }
         let indices: Vec<usize> = (0..self.frames.len()).collect();
         for chunk in indices.chunks(CHUNK) {

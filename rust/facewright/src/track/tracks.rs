@@ -31,6 +31,9 @@ pub struct PointTrack {
     pub reference: usize,
     /// What it belongs to.
     pub region: Region,
+    /// Where it is on the landmarks' head at rest, head frame, metres; the artist's own points have no place.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<[f64; 3]>,
     /// Where it was found; ascending frames, the reference among them.
     pub observations: Vec<PointObservation>,
     /// First and last index of the frames in which it was not found, and why.
@@ -141,7 +144,14 @@ mod tests {
             interocular: None,
             window: 11,
             frames: vec![frame("a"), frame("b")],
-            tracks: vec![PointTrack { id: 7, reference: 0, region: Region::Mouth, observations, gaps: Vec::new() }],
+            tracks: vec![PointTrack {
+                id: 7,
+                reference: 0,
+                region: Region::Mouth,
+                place: None,
+                observations,
+                gaps: Vec::new(),
+            }],
         }
     }
 

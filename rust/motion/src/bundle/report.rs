@@ -72,3 +72,12 @@ impl Layout<'_> {
         }
     }
 }
+
+impl Fit {
+    /// Counts one observation more, whose squared distance is given, squared pixels.
+    pub(crate) fn add(&mut self, squared_px: f64) {
+        let sum = self.rms_px * self.rms_px * self.observations as f64 + squared_px;
+        self.observations += 1;
+        self.rms_px = (sum / self.observations as f64).sqrt();
+    }
+}

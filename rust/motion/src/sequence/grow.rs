@@ -1,5 +1,6 @@
 //! Points from poses and poses from points in turn, with bundles between.
 
+use super::key_frames::key_frames;
 use super::start::{pair_poses, standing_still};
 use super::{PointTrack, Sequence, SequenceOptions};
 use crate::MotionError;
@@ -33,6 +34,8 @@ pub(super) struct Reconstruction<'a> {
     pub(super) sightings: Vec<Vec<Seen>>,
     /// Tracks that stand still while others move: they take no part.
     pub(super) still: Vec<bool>,
+    /// Frames that the structure is solved from.
+    pub(super) key: Vec<bool>,
     poses: Vec<Option<Transform>>,
     failures: Vec<Option<MotionError>>,
     points: Vec<Option<Vec3>>,
@@ -61,6 +64,7 @@ impl<'a> Reconstruction<'a> {
             camera: *camera,
             sightings: tracks.par_iter().map(seen).collect(),
             still: standing_still(tracks, options.frames, options.threshold_px),
+            key: key_frames(tracks, options.frames, options.initial_poses.as_deref(), options.key_frames),
             poses: vec![None; options.frames],
             failures: vec![None; options.frames],
             points: vec![None; tracks.len()],
@@ -81,8 +85,8 @@ impl<'a> Reconstruction<'a> {
         poses: &[Option<Transform>],
         progress: &Progress,
     ) -> Result<bool, MotionError> {
-        self.poses = poses.to_vec();
-        self.anchors = poses.to_vec();
+        self.poses = poses.iter().zip(&self.key).map(|(pose, key)| pose.filter(|_| *key)).collect();
+        self.anchors = self.poses.clone();
         for widening in WIDENING {
             self.triangulate_all(widening);
             self.drop_contradicted_poses(widening);
@@ -127,7 +131,7 @@ impl<'a> Reconstruction<'a> {
         loop {
             let placed = self.poses.iter().flatten().count();
             progress.step(placed, self.options.frames)?;
-            if !self.place_next_frames() {
+            if !self.place_next_frames(|key| key) {
                 return Ok(());
             }
             self.triangulate_all(2.0);
@@ -135,9 +139,10 @@ impl<'a> Reconstruction<'a> {
         }
     }
 
-    /// Places the frames that see at least half as many known points as the best of them; whether any was placed.
-    fn place_next_frames(&mut self) -> bool {
-        let open: Vec<usize> = (0..self.poses.len()).filter(|&frame| self.poses[frame].is_none()).collect();
+    /// Places the wanted frames that see at least half as many known points as the best of them; whether any was placed.
+    fn place_next_frames(&mut self, wanted: impl Fn(bool) -> bool) -> bool {
+        let is_open = |frame: &usize| self.poses[*frame].is_none() && wanted(self.key[*frame]);
+        let open: Vec<usize> = (0..self.poses.len()).filter(is_open).collect();
         let known = self.known_points();
         let best = open.iter().map(|&frame| known[frame].len()).max().unwrap_or(0);
         let next: Vec<usize> = open.into_iter().filter(|&frame| 2 * known[frame].len() >= best).collect();
@@ -287,15 +292,29 @@ impl<'a> Reconstruction<'a> {
             self.triangulate_all(widening);
             self.adjust(widening, 20, refine_focal, progress)?;
         }
-        if self.place_next_frames() {
+        if self.place_next_frames(|key| key) {
             self.triangulate_all(1.0);
         }
         let mut bundle = self.bundle(1.0);
         reject_outliers(&mut bundle, REJECTION);
         self.remove_weak(&mut bundle);
-        let report = adjust(&mut bundle, &self.bundle_options(30, refine_focal), progress)?;
+        let mut report = adjust(&mut bundle, &self.bundle_options(30, refine_focal), progress)?;
         self.adopt(&bundle);
-        Ok(self.sequence(bundle.observations, report))
+        let mut observations = bundle.observations;
+        self.place_others(&mut observations, &mut report);
+        Ok(self.sequence(observations, report))
+    }
+
+    /// Places the frames between the key frames, by the points alone.
+    fn place_others(&mut self, observations: &mut Vec<Observation>, report: &mut BundleReport) {
+        let others: Vec<bool> = self.key.iter().zip(&self.poses).map(|(key, pose)| !key && pose.is_none()).collect();
+        while self.place_next_frames(|key| !key) {}
+        for o in self.observations(1.0).into_iter().filter(|o| others[o.frame]) {
+            let (pose, point) = (self.poses[o.frame], self.points[o.point]);
+            let at = pose.zip(point).and_then(|(pose, point)| self.camera.project(&pose.apply(&point)));
+            report.frames[o.frame].add(at.map_or(0.0, |at| (at - o.pixel).norm_squared()));
+            observations.push(o);
+        }
     }
 
     /// Frames left with too few observations lose their pose, points seen fewer than twice their place.

@@ -9,6 +9,7 @@
 //! initial pair, scaled to the distance in the options: [`geometry::Similarity`] moves it wherever it is wanted.
 
 mod grow;
+mod key_frames;
 mod start;
 
 use crate::MotionError;
@@ -51,6 +52,8 @@ pub struct SequenceOptions {
     pub threshold_px: f64,
     /// Rays of a point must part by this angle before it counts, radians.
     pub min_parallax_rad: f64,
+    /// Frames at most that points and focal length are solved from; the others are placed by what these give.
+    pub key_frames: usize,
     /// Refine the focal length in the last bundles.
     pub refine_focal: bool,
     /// What is known of the focal length.
@@ -64,7 +67,7 @@ pub struct SequenceOptions {
 }
 
 impl Default for SequenceOptions {
-    /// No poses known; 1.5 px, 2° of parallax, camera kept, head 0.6 m away.
+    /// No poses known; 1.5 px, 2° of parallax, 64 key frames, camera kept, head 0.6 m away.
     fn default() -> Self {
         Self {
             frames: 0,
@@ -74,6 +77,7 @@ impl Default for SequenceOptions {
             yaw_hint: None,
             threshold_px: 1.5,
             min_parallax_rad: 0.035,
+            key_frames: 64,
             refine_focal: false,
             focal_prior: None,
             point_priors: Vec::new(),

@@ -97,8 +97,9 @@ impl Reconstruction<'_> {
 
     /// Pairs of sampled frames, most promising first: many shared tracks, a turn as wanted, near the front.
     fn promising_pairs(&self) -> Vec<(f64, usize, usize)> {
-        let stride = self.options.frames.div_ceil(SAMPLED_FRAMES).max(1);
-        let sampled: Vec<usize> = (0..self.options.frames).step_by(stride).collect();
+        let key: Vec<usize> = (0..self.options.frames).filter(|&frame| self.key[frame]).collect();
+        let stride = key.len().div_ceil(SAMPLED_FRAMES).max(1);
+        let sampled: Vec<usize> = key.into_iter().step_by(stride).collect();
         let mut pairs: Vec<_> = sampled
             .iter()
             .flat_map(|&a| sampled.iter().filter(move |&&b| a < b).map(move |&b| (a, b)))
