@@ -87,6 +87,15 @@ pub enum MotionError {
         /// Unknowns.
         unknowns: usize,
     },
+    /// All cameras stand in one place.
+    #[error(
+        "the head does not turn or move between the frames of these {observations} observations, so no depth can be told: \
+         start from poses that differ, or film a head that turns"
+    )]
+    NoDepth {
+        /// Observations given.
+        observations: usize,
+    },
     /// No pair of frames could start the sequence.
     #[error(
         "no two frames could start the reconstruction; the best pair failed because: {reason} \

@@ -1,8 +1,7 @@
 //! What an adjustment found and how good it is.
 
-use super::State;
-use super::linearise::{Layout, Linearised, squared};
-use geometry::Mat3;
+use super::layout::Layout;
+use super::{Covariances, Descent, Gauge, Held, State, Workspace};
 
 /// How well a frame or a point fits its observations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -22,6 +21,8 @@ pub struct BundleReport {
     pub final_cost: f64,
     /// Accepted steps.
     pub iterations: usize,
+    /// Steps that were tried and not taken.
+    pub rejected_steps: usize,
     /// Whether it stopped because nothing more was to be gained.
     pub converged: bool,
     /// Root mean square distance between projections and observations, pixels.
@@ -30,46 +31,68 @@ pub struct BundleReport {
     pub frames: Vec<Fit>,
     /// The fit of each point.
     pub points: Vec<Fit>,
-    /// Standard deviation of each point if the cameras were exact, metres, root mean square over the axes; infinite for a
-    /// point that nothing determines.
-    pub point_sigma: Vec<f64>,
-    /// Standard deviation of the focal length `fx`, pixels, if it was refined.
+    /// What was held beside fixed frames and priors.
+    pub held: Held,
+    /// Standard deviation of the focal length `fx`, pixels, all else free, if it was refined and something determines it.
     pub focal_sigma_px: Option<f64>,
+    /// Covariances, if they were asked for and the gauge is held; `None` also where observations and priors leave more
+    /// undetermined than the gauge.
+    pub covariances: Option<Covariances>,
 }
 
 impl Layout<'_> {
-    pub(super) fn report(
-        &self,
-        state: &State,
-        linearised: &Linearised,
-        initial_cost: f64,
-        iterations: usize,
-        converged: bool,
-    ) -> BundleReport {
-        let squares: Vec<f64> = self.sights.iter().map(|sight| squared(sight, state) / sight.information()).collect();
-        let fit = |sights: &mut dyn Iterator<Item = usize>| {
-            let (observations, sum) = sights.fold((0_usize, 0.0), |(count, sum), i| (count + 1, sum + squares[i]));
-            Fit { observations, rms_px: (sum / observations.max(1) as f64).sqrt() }
-        };
-        let freedom = (2 * self.sights.len()).saturating_sub(self.unknowns()).max(1) as f64;
-        // Standard deviations follow the noise that was met where it exceeds the one that was announced.
-        let excess = (linearised.cost / freedom).max(1.0);
-        let point_sigma = |hessian: &Mat3| {
-            let covariance = hessian.try_inverse().filter(|c| c.iter().all(|v| v.is_finite()));
-            covariance.map_or(f64::INFINITY, |c| (excess * c.trace() / 3.0).sqrt())
-        };
-        let focal_variance = self.intrinsic_covariance(linearised).filter(|_| self.options.refine_focal);
-        BundleReport {
-            initial_cost,
-            final_cost: linearised.cost,
-            iterations,
-            converged,
-            rms_px: fit(&mut (0..squares.len())).rms_px,
-            frames: self.of_frame.iter().map(|sights| fit(&mut sights.iter().copied())).collect(),
-            points: self.of_point.iter().map(|sights| fit(&mut sights.clone())).collect(),
-            point_sigma: linearised.points.iter().map(|(hessian, _)| point_sigma(hessian)).collect(),
-            focal_sigma_px: focal_variance.map(|c| state.camera.fx * (excess * c[(0, 0)]).sqrt()),
+    /// Whether the report is made from the equations at the end.
+    pub(super) fn needs_equations(&self) -> bool {
+        self.options.covariances || self.options.refine_focal
+    }
+
+    pub(super) fn report(&self, state: &State, descent: &Descent, work: &mut Workspace) -> BundleReport {
+        let squares = self.squared(state);
+        let (mut frames, mut points) = (vec![(0, 0.0); state.poses.len()], vec![(0, 0.0); state.points.len()]);
+        let mut all = (0, 0.0);
+        for (sight, square) in self.sights.iter().zip(&squares) {
+            let square = square / (sight.inverse_sigma * sight.inverse_sigma);
+            for (count, sum) in [&mut frames[sight.frame], &mut points[sight.point], &mut all] {
+                *count += 1;
+                *sum += square;
+            }
         }
+        let fit =
+            |(observations, sum): (usize, f64)| Fit { observations, rms_px: (sum / observations.max(1) as f64).sqrt() };
+        let freedom = self.numbers().saturating_sub(self.unknowns()).max(1) as f64;
+        // Covariances follow the noise that was met where it exceeds the one that was announced.
+        let excess = (descent.cost / freedom).max(1.0);
+        let uncertainty = self.uncertainty(work, excess, state.camera.fx);
+        BundleReport {
+            initial_cost: descent.initial_cost,
+            final_cost: descent.cost,
+            iterations: descent.iterations,
+            rejected_steps: descent.rejected,
+            converged: descent.converged,
+            rms_px: fit(all).rms_px,
+            frames: frames.into_iter().map(fit).collect(),
+            points: points.into_iter().map(fit).collect(),
+            held: self.held,
+            focal_sigma_px: uncertainty.0,
+            covariances: uncertainty.1,
+        }
+    }
+
+    /// Standard deviation of the focal length, and the covariances, as far as they are asked for.
+    fn uncertainty(&self, work: &mut Workspace, excess: f64, focal_px: f64) -> (Option<f64>, Option<Covariances>) {
+        if !self.needs_equations() {
+            return (None, None);
+        }
+        let held = self.options.gauge == Gauge::Held;
+        // A trace of damping fixes what the observations leave free; the camera does not depend on it.
+        let damping = if held { 0.0 } else { 1e-9 };
+        let factorised = self.reduce(&work.linearised, damping, &mut work.reduced);
+        if factorised.and_then(|()| work.reduced.matrix.factorise()).is_none() {
+            return (None, None);
+        }
+        let focal = self.options.refine_focal.then(|| self.camera_covariance(&work.reduced, focal_px));
+        let covariances = (self.options.covariances && held).then(|| self.covariances(&work.reduced, excess, focal_px));
+        (focal.map(|covariance| (excess * covariance[(0, 0)]).sqrt()), covariances)
     }
 }
 
