@@ -1,15 +1,16 @@
 //! The blocks of the normal equations at a state, and the cost alone.
 
 use super::State;
-use super::block::{
-    CameraSquares, FRAME_BY_CAMERA, Inputs, OF_CAMERA, OF_FRAME, OF_POINT, OF_SIGHT, POINT_BY_CAMERA, SIZE, Seen,
-    Squares, TRIANGLE,
+use super::block::{Column, Inputs, SIZE, Seen, ZERO};
+use super::layout::{Chunk, Layout, Sight};
+use super::squares::{
+    CameraSquares, FRAME_BY_CAMERA, OF_CAMERA, OF_FRAME, OF_POINT, OF_SIGHT, POINT_BY_CAMERA, Squares, TRIANGLE,
 };
-use super::layout::{Chunk, Layout};
 use geometry::Mat3;
 use nalgebra::Matrix6;
-use pulp::NullaryFnOnce;
+use pulp::{NullaryFnOnce, Simd, WithSimd};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// What a frame's observations add up to; the order of the numbers is [`Squares`]'.
 #[derive(Clone, Copy)]
@@ -29,11 +30,11 @@ pub(super) struct PointBlock {
 /// The equations of a chunk of points.
 pub(super) struct ChunkBlocks {
     cost: f64,
-    /// `H R` column by column and `y` of each sight.
-    pub(super) sights: Vec<[f64; OF_SIGHT]>,
+    /// `H R` column by column and `y` of each sight, in blocks of sights.
+    pub(super) sights: Vec<[Column; OF_SIGHT]>,
     pub(super) points: Vec<PointBlock>,
-    /// Of the frames of [`Chunk::frames`].
-    frames: Vec<FrameBlock>,
+    /// A column of [`Chunk::frames`] for each number of [`FrameBlock`].
+    frames: Vec<f64>,
     camera: [f64; OF_CAMERA],
 }
 
@@ -80,9 +81,10 @@ impl FrameBlock {
         std::array::from_fn(|k| self.by_camera[if k < 3 { turn + k } else { shift + k - 3 }])
     }
 
-    fn add(&mut self, other: &Self) {
-        self.sums.iter_mut().zip(&other.sums).for_each(|(sum, value)| *sum += value);
-        self.by_camera.iter_mut().zip(&other.by_camera).for_each(|(sum, value)| *sum += value);
+    /// Adds a frame's numbers out of the columns of a chunk.
+    fn add(&mut self, columns: &[f64], frame: usize, frames: usize) {
+        let sums = self.sums.iter_mut().chain(&mut self.by_camera);
+        sums.zip(columns.chunks_exact(frames)).for_each(|(sum, column)| *sum += column[frame]);
     }
 
     fn add_prior(&mut self, hessian: &Matrix6<f64>, gradient: &[f64]) {
@@ -112,9 +114,9 @@ impl ChunkBlocks {
     fn new(chunk: &Chunk) -> Self {
         Self {
             cost: 0.0,
-            sights: vec![[0.0; OF_SIGHT]; chunk.sights.len()],
+            sights: vec![[ZERO; OF_SIGHT]; chunk.sights.len().div_ceil(SIZE)],
             points: vec![NO_POINT; chunk.points.len()],
-            frames: vec![NO_FRAME; chunk.frames.len()],
+            frames: vec![0.0; chunk.frames.len() * (OF_FRAME + FRAME_BY_CAMERA)],
             camera: [0.0; OF_CAMERA],
         }
     }
@@ -163,7 +165,8 @@ impl Layout<'_> {
         into.frames.fill(NO_FRAME);
         let mut camera = [0.0; OF_CAMERA];
         for (blocks, chunk) in into.chunks.iter().zip(&self.chunks) {
-            into.frames[chunk.frames.clone()].iter_mut().zip(&blocks.frames).for_each(|(sum, block)| sum.add(block));
+            let sums = into.frames[chunk.frames.clone()].iter_mut().enumerate();
+            sums.for_each(|(frame, sum)| sum.add(&blocks.frames, frame, chunk.frames.len()));
             camera.iter_mut().zip(&blocks.camera).for_each(|(sum, value)| *sum += value);
         }
         let [xx, xy, yy, xz, yz, zz, x, y, z] = camera;
@@ -234,45 +237,69 @@ struct Fill<'a> {
     blocks: &'a mut ChunkBlocks,
 }
 
-impl NullaryFnOnce for Fill<'_> {
+impl WithSimd for Fill<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn call(self) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let Self { layout, chunk, state, blocks } = self;
         let (mut inputs, mut seen, mut squares) = (Inputs::new(), Seen::new(), Squares::new());
         let mut by_camera = (!layout.camera.is_empty()).then(CameraSquares::new);
         blocks.points.fill(NO_POINT);
-        blocks.frames.fill(NO_FRAME);
+        blocks.frames.fill(0.0);
         (blocks.cost, blocks.camera) = (0.0, [0.0; OF_CAMERA]);
+        let frames = chunk.frames.len();
+        let (of_frame, frame_by_camera) = blocks.frames.split_at_mut(OF_FRAME * frames);
         let sights = layout.sights[chunk.sights.clone()].chunks(SIZE);
-        for (sights, kept) in sights.zip(blocks.sights.chunks_mut(SIZE)) {
+        for (sights, of_sight) in sights.zip(&mut blocks.sights) {
             inputs.gather(sights, state);
             seen.project(&inputs, &state.camera, layout.options.loss, sights.len());
-            squares.fill(&inputs, &seen, &state.camera);
-            for (l, (sight, kept)) in sights.iter().zip(kept).enumerate() {
-                *kept = std::array::from_fn(|k| squares.of_sight[k][l]);
-                let place = sight.place - chunk.points.start;
-                add(&mut blocks.points[place].sums, &squares.of_point, l);
-                add(&mut blocks.frames[sight.frame - chunk.frames.start].sums, &squares.of_frame, l);
-                blocks.cost += seen.loss[l];
+            squares.fill(simd, (&inputs, &seen), &state.camera, of_sight);
+            blocks.cost += seen.loss[..sights.len()].iter().sum::<f64>();
+            if let Some(squares) = &mut by_camera {
+                squares.fill(simd, &inputs, &seen, &state.camera);
+                for (sum, column) in blocks.camera.iter_mut().zip(&squares.own) {
+                    *sum += column[..sights.len()].iter().sum::<f64>();
+                }
             }
-            let Some(squares) = &mut by_camera else { continue };
-            squares.fill(&inputs, &seen, &state.camera);
-            for (l, sight) in sights.iter().enumerate() {
-                let place = sight.place - chunk.points.start;
-                add(&mut blocks.points[place].by_camera, &squares.by_point, l);
-                add(&mut blocks.frames[sight.frame - chunk.frames.start].by_camera, &squares.by_frame, l);
-                add(&mut blocks.camera, &squares.own, l);
+            let mut first = 0;
+            while first < sights.len() {
+                let run = first..first + run(&sights[first..]);
+                let (frame, place) = (sights[first].frame - chunk.frames.start, sights[first].place);
+                let point = &mut blocks.points[place - chunk.points.start];
+                add_up(&mut point.sums, &squares.of_point, run.clone());
+                add(of_frame, &squares.of_frame, run.clone(), frame, frames);
+                if let Some(squares) = &by_camera {
+                    add_up(&mut point.by_camera, &squares.by_point, run.clone());
+                    add(frame_by_camera, &squares.by_frame, run.clone(), frame, frames);
+                }
+                first = run.end;
             }
         }
     }
 }
 
-/// Adds what one observation gives.
+/// How many of the first sights are of one point in consecutive frames.
 #[inline(always)]
-fn add<const N: usize>(sums: &mut [f64; N], columns: &[[f64; SIZE]; N], l: usize) {
+fn run(sights: &[Sight]) -> usize {
+    let first = &sights[0];
+    let follows = |(i, sight): &(usize, &Sight)| sight.place == first.place && sight.frame == first.frame + i;
+    sights.iter().enumerate().take_while(follows).count()
+}
+
+/// Adds what a run of observations gives to their point's sums.
+#[inline(always)]
+fn add_up<const N: usize>(sums: &mut [f64; N], columns: &[Column; N], run: Range<usize>) {
     for (sum, column) in sums.iter_mut().zip(columns) {
-        *sum += column[l];
+        *sum += column[run.clone()].iter().sum::<f64>();
+    }
+}
+
+/// Adds what a run of observations gives to the sums of their frames, of which the first is `frame`.
+#[inline(always)]
+fn add<const N: usize>(sums: &mut [f64], columns: &[Column; N], run: Range<usize>, frame: usize, frames: usize) {
+    for (sums, column) in sums.chunks_exact_mut(frames).zip(columns) {
+        let sums = &mut sums[frame..frame + run.len()];
+        sums.iter_mut().zip(&column[run.clone()]).for_each(|(sum, value)| *sum += value);
     }
 }

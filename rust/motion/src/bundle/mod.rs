@@ -19,6 +19,7 @@ mod check;
 mod cholesky;
 mod covariance;
 mod gauge;
+mod lanes;
 mod layout;
 mod linearise;
 mod outliers;
@@ -26,6 +27,7 @@ mod panel;
 mod priors;
 mod report;
 mod schur;
+mod squares;
 
 pub use covariance::Covariances;
 pub use gauge::{Gauge, Held, HeldScale};

@@ -1,8 +1,9 @@
 //! `W L⁻ᵀ` of a chunk of points.
 
-use super::block::cross;
+use super::block::SIZE;
 use super::layout::{Chunk, Layout, Sight};
 use super::linearise::{ChunkBlocks, PointBlock};
+use super::squares::cross;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use geometry::{Mat3, Vec3};
@@ -108,19 +109,21 @@ impl NullaryFnOnce for Whiten<'_> {
         let Panel { first, rows, values, inverses, held, .. } = panel;
         let sights: &[Sight] = &layout.sights[chunk.sights.clone()];
         let mut before = None;
-        for (sight, block) in sights.iter().zip(&blocks.sights) {
+        for (i, sight) in sights.iter().enumerate() {
+            let block = &blocks.sights[i / SIZE];
+            let number = |k: usize| block[k][i % SIZE];
             // A frame may see a point more than once.
             let again = before.replace((sight.frame, sight.place)) == Some((sight.frame, sight.place));
             let Some(column) = layout.column_of_frame[sight.frame] else { continue };
             let place = sight.place - chunk.points.start;
             let (factor, row) = (&inverses[place], column - *first);
-            let y = [block[9], block[10], block[11]];
+            let y = [number(9), number(10), number(11)];
             for j in 0..3 {
                 // The factor is upper triangular.
                 let mut shift = [0.0; 3];
                 for k in 0..=j {
                     let f = factor[(k, j)];
-                    (0..3).for_each(|i| shift[i] += block[3 * k + i] * f);
+                    (0..3).for_each(|i| shift[i] += number(3 * k + i) * f);
                 }
                 let target = &mut values[(3 * place + j) * *rows + row..][..6];
                 let turn = cross(y, shift);
