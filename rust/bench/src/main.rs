@@ -11,6 +11,7 @@
 //! Times are the processor's, one thread each, medians of several rounds: a busy machine hardly changes them.
 #![forbid(unsafe_code)]
 
+mod bundle;
 mod calibrate;
 mod clock;
 mod degraded;
@@ -49,6 +50,7 @@ enum Word {
     Calibrate,
     Track,
     Motion,
+    Bundle,
     Degraded,
     Tables,
 }
@@ -84,5 +86,6 @@ fn main() -> anyhow::Result<()> {
         Word::Calibrate => step.run::<calibrate::Calibrate>(),
         Word::Track => step.run::<track::Track>(),
         Word::Motion => step.run::<motion::Motion>(),
+        Word::Bundle => step.run::<bundle::BundleBench>(),
     }
 }

@@ -2,6 +2,11 @@ use super::*;
 use nalgebra::Rotation3;
 use synthetic::{Random, Scene, SceneOptions};
 
+mod equations;
+mod gauge;
+mod robust;
+mod uncertainty;
+
 /// The truth of a scene as a bundle, then poses and points nudged.
 fn nudged(scene: &Scene, sigma_px: f64, turn: f64, shift: f64) -> Bundle {
     let mut random = Random::new(99);
@@ -207,86 +212,5 @@ fn time_per_step() {
         }
         let ms = (crate::two_view::processor_ms() - before) / steps as f64;
         println!("{frames} x {points}: {ms:.2} ms of one core per step, {} steps", steps / repeats);
-    }
-}
-
-#[test]
-#[ignore = "profile"]
-fn phases() {
-    let best = |name: &str, f: &mut dyn FnMut()| {
-        let mut best = f64::INFINITY;
-        for _ in 0..30 {
-            let s = std::time::Instant::now();
-            f();
-            best = best.min(s.elapsed().as_secs_f64());
-        }
-        println!("{name}: {:.3} ms", best * 1e3);
-    };
-    for (frames, points) in [(24, 66), (120, 66), (120, 500)] {
-        let scene = Scene::turning_head(&SceneOptions { frames, points, min_facing: -1.0, ..SceneOptions::default() });
-        let bundle = nudged(&scene, 0.3, 0.01, 0.003);
-        let options = BundleOptions::default();
-        println!("{frames} x {points}");
-        best("layout", &mut || {
-            std::hint::black_box(Layout::new(&bundle, &options).unwrap());
-        });
-        let layout = Layout::new(&bundle, &options).unwrap();
-        let state = State { camera: bundle.camera, poses: bundle.poses.clone(), points: bundle.points.clone() };
-        best("workspace", &mut || {
-            std::hint::black_box(Workspace::new(&layout, &state));
-        });
-        let mut work = Workspace::new(&layout, &state);
-        best("cost", &mut || {
-            std::hint::black_box(layout.cost(&state));
-        });
-        best("linearise", &mut || layout.linearise(&state, &mut work.linearised));
-        best("panels", &mut || {
-            for (panel, (chunk, blocks)) in
-                work.reduced.panels.iter_mut().zip(layout.chunks.iter().zip(&work.linearised.chunks))
-            {
-                panel.fill(&layout, chunk, blocks, 1e-4).unwrap();
-            }
-        });
-        best("reduce", &mut || layout.reduce(&work.linearised, 1e-4, &mut work.reduced).unwrap());
-        let mut m = work.reduced.matrix.clone();
-        best("copy + factorise", &mut || {
-            m.values.copy_from_slice(&work.reduced.matrix.values);
-            m.factorise().unwrap()
-        });
-        let mut b = vec![1.0; m.n];
-        best("solve triangles", &mut || m.solve(&mut b));
-        best("solve all", &mut || layout.solve(&work.linearised, 1e-4, &mut work.reduced, &mut work.step).unwrap());
-        best("point steps", &mut || {
-            work.reduced.panels.iter().for_each(|p| {
-                std::hint::black_box(p.point_steps(&work.step.cameras, layout.frame_columns));
-            })
-        });
-        best("predicted", &mut || {
-            std::hint::black_box(layout.predicted_decrease(&work.linearised, &work.step, 1e-4));
-        });
-        best("retract", &mut || {
-            let mut next = state.clone();
-            layout.retract(&state, &work.step, &mut next)
-        });
-        let Workspace { mut candidate, .. } = Workspace::new(&layout, &state);
-        candidate.camera.fx += 0.0;
-        best("report squares", &mut || {
-            std::hint::black_box(layout.squared(&state));
-        });
-    }
-}
-
-#[test]
-#[ignore = "profile"]
-fn only_linearise() {
-    let scene =
-        Scene::turning_head(&SceneOptions { frames: 120, points: 500, min_facing: -1.0, ..SceneOptions::default() });
-    let bundle = nudged(&scene, 0.3, 0.01, 0.003);
-    let options = BundleOptions::default();
-    let layout = Layout::new(&bundle, &options).unwrap();
-    let state = State { camera: bundle.camera, poses: bundle.poses.clone(), points: bundle.points.clone() };
-    let mut work = Workspace::new(&layout, &state);
-    for _ in 0..400 {
-        layout.linearise(&state, &mut work.linearised);
     }
 }
