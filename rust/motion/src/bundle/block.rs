@@ -128,9 +128,9 @@ impl Seen {
             let factor = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3)) + 2.0 * (p1 * b + p2 * a);
             let u = (fx * (a * factor + p2 * r2) + cx - inputs.pixel[0][l]) * inputs.inverse_sigma[l];
             let v = (fy * (b * factor + p1 * r2) + cy - inputs.pixel[1][l]) * inputs.inverse_sigma[l];
-            for k in 0..3 {
-                self.turned[k][l] = turned[k];
-            }
+            self.turned[0][l] = turned[0];
+            self.turned[1][l] = turned[1];
+            self.turned[2][l] = turned[2];
             self.normalised[0][l] = a;
             self.normalised[1][l] = b;
             self.inverse_depth[l] = inverse;
