@@ -133,7 +133,7 @@ pub(super) fn report(
         point.sigma_mm *= size.factor;
     }
     let frames = frames(tracks, &motion, &poses);
-    let focal_sigma_px = motion.report.focal_sigma_px.take();
+    let focal_sigma_px = motion.focal_sigma_px.take();
     clock.lap("report");
     Ok(HeadMotion {
         version: env!("CARGO_PKG_VERSION").to_owned(),

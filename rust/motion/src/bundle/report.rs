@@ -2,6 +2,7 @@
 
 use super::layout::Layout;
 use super::{Covariances, Descent, Gauge, Held, State, Workspace};
+use geometry::Mat3;
 
 /// How well a frame or a point fits its observations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -31,6 +32,9 @@ pub struct BundleReport {
     pub frames: Vec<Fit>,
     /// The fit of each point.
     pub points: Vec<Fit>,
+    /// Standard deviation of each point if the cameras were exact, metres, root mean square over the axes; infinite for a
+    /// point that nothing determines.
+    pub point_sigma: Vec<f64>,
     /// What was held beside fixed frames and priors.
     pub held: Held,
     /// Standard deviation of the focal length `fx`, pixels, all else free, if it was refined and something determines it.
@@ -72,10 +76,34 @@ impl Layout<'_> {
             rms_px: fit(all).rms_px,
             frames: frames.into_iter().map(fit).collect(),
             points: points.into_iter().map(fit).collect(),
+            point_sigma: self.point_sigma(state, excess),
             held: self.held,
             focal_sigma_px: uncertainty.0,
             covariances: uncertainty.1,
         }
+    }
+
+    /// Standard deviations of the points given the cameras.
+    fn point_sigma(&self, state: &State, excess: f64) -> Vec<f64> {
+        let mut information = vec![Mat3::zeros(); state.points.len()];
+        for sight in &self.sights {
+            let pose = &state.poses[sight.frame];
+            let Some((pixel, jacobian)) = state.camera.project_with_jacobian(&pose.apply(&state.points[sight.point]))
+            else {
+                continue;
+            };
+            let by_point = jacobian.point * pose.rotation.matrix() * sight.inverse_sigma;
+            let squared = (pixel - sight.pixel).norm_squared() * sight.inverse_sigma * sight.inverse_sigma;
+            information[sight.point] += by_point.transpose() * by_point * self.options.loss.evaluate(squared).1;
+        }
+        for prior in &self.options.point_priors {
+            information[prior.point] += prior.information;
+        }
+        let sigma = |information: &Mat3| {
+            let covariance = information.try_inverse().filter(|c| c.iter().all(|v| v.is_finite()));
+            covariance.map_or(f64::INFINITY, |c| (excess * c.trace() / 3.0).sqrt())
+        };
+        information.iter().map(sigma).collect()
     }
 
     /// Standard deviation of the focal length, and the covariances, as far as they are asked for.

@@ -1,5 +1,6 @@
 //! Points from poses and poses from points in turn, with bundles between.
 
+use super::focal::focal_sigma_px;
 use super::key_frames::key_frames;
 use super::start::{pair_poses, standing_still};
 use super::{PointTrack, Sequence, SequenceOptions};
@@ -300,9 +301,11 @@ impl<'a> Reconstruction<'a> {
         self.remove_weak(&mut bundle);
         let mut report = adjust(&mut bundle, &self.bundle_options(30, refine_focal), progress)?;
         self.adopt(&bundle);
+        let focal_sigma_px =
+            if refine_focal { Some(focal_sigma_px(&bundle, &self.bundle_options(30, true), progress)?) } else { None };
         let mut observations = bundle.observations;
         self.place_others(&mut observations, &mut report);
-        Ok(self.sequence(observations, report))
+        Ok(self.sequence(observations, focal_sigma_px, report))
     }
 
     /// Places the frames between the key frames, by the points alone.
@@ -336,7 +339,7 @@ impl<'a> Reconstruction<'a> {
         }
     }
 
-    fn sequence(self, observations: Vec<Observation>, report: BundleReport) -> Sequence {
+    fn sequence(self, observations: Vec<Observation>, focal_sigma_px: Option<f64>, report: BundleReport) -> Sequence {
         let none = MotionError::TooFewPoints { found: 0, needed: FEWEST_POINTS };
         let poses = self.poses.into_iter().zip(self.failures);
         Sequence {
@@ -345,6 +348,7 @@ impl<'a> Reconstruction<'a> {
             poses: poses.map(|(pose, failure)| pose.ok_or_else(|| failure.unwrap_or(none.clone()))).collect(),
             points: self.points,
             observations,
+            focal_sigma_px,
             report,
         }
     }

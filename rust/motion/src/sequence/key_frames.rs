@@ -47,7 +47,7 @@ fn way(frames: usize, poses: Option<&[Option<Transform>]>) -> Vec<f64> {
                 before = Some(pose);
             }
             gone += STILL_RAD;
-            gone
+            gone - STILL_RAD
         })
         .collect()
 }

@@ -8,6 +8,7 @@
 //! With initial poses the head frame is theirs, scale included. Without them it is the camera frame of one frame of the
 //! initial pair, scaled to the distance in the options: [`geometry::Similarity`] moves it wherever it is wanted.
 
+mod focal;
 mod grow;
 mod key_frames;
 mod start;
@@ -101,6 +102,9 @@ pub struct Sequence {
     pub points: Vec<Option<Vec3>>,
     /// The sightings that agree with poses and points; `point` is the track.
     pub observations: Vec<Observation>,
+    /// Standard deviation of the focal length `fx`, pixels, if it was refined: by what the tracks and an unknown lens leave
+    /// open, which is more than the last bundle says.
+    pub focal_sigma_px: Option<f64>,
     /// The last bundle's report.
     pub report: BundleReport,
 }

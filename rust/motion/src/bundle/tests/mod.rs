@@ -69,6 +69,8 @@ fn noise_of_03_px_over_120_frames_leaves_the_documented_error() {
     // Two coordinates of 0.3 px each.
     assert!((report.rms_px - 0.3 * 2.0_f64.sqrt()).abs() < 0.01);
     assert!(error < 0.08 && report.converged && report.iterations <= 8);
+    let announced = report.point_sigma.iter().map(|s| s * s).sum::<f64>() / 200.0;
+    assert!((0.02..0.08).contains(&(announced.sqrt() * 1e3)));
 }
 
 #[test]
