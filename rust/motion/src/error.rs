@@ -27,6 +27,19 @@ pub enum MotionError {
         /// Matches.
         total: usize,
     },
+    /// The second frame is the first one, larger or smaller.
+    #[error(
+        "between these two frames the picture is only magnified by {factor:.3} ({agree} of {total} points move so), as a zoom \
+         does: switch zoom and autofocus off and let the head turn"
+    )]
+    OnlyMagnified {
+        /// How many times larger.
+        factor: f64,
+        /// Matches that turning and zooming explain.
+        agree: usize,
+        /// Matches.
+        total: usize,
+    },
     /// No motion explains enough matches.
     #[error(
         "no single head motion explains the matches between these two frames (the best explains {agree} of {total}): \

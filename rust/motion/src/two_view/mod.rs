@@ -1,8 +1,12 @@
 //! The motion between two frames (paper, section 2.5, eq. 5–7).
 //!
 //! # Entry points
-//! - [`robust`]: five-point consensus with local optimisation and a mixture refinement; wrong matches may be many.
-//! - [`paper`]: the paper's chain; eight points, decomposition, epipolar refinement, triangulation. Every match counts.
+//! - [`robust`]: five-point consensus, locally optimised, scored without a known noise (MAGSAC++), trusted matches first
+//!   (PROSAC); then motion, noise and share of wrong matches by expectation–maximisation of Sampson's distances, from both
+//!   mirror solutions, and by the parallax of neighbours; a rough turn of the head may be given. No parallax and mere magnification are errors, a plane is
+//!   [`TwoView::planar`]. Wrong matches may be many.
+//! - [`paper`]: the paper's chain; normalised eight points with two equal singular values, rotation and translation by the
+//!   points in front, least sum of squared epipolar distances, triangulation. Every match counts.
 //! - The parts: [`eight_point`], [`five_point()`], [`decompose`], [`pose_from_essential`], [`refine_epipolar`],
 //!   [`refine_sampson`].
 //!
@@ -14,7 +18,12 @@ mod consensus;
 mod eight_point;
 mod essential;
 mod five_point;
+mod kernel;
+mod mixture;
+mod points;
 mod refine;
+mod score;
+mod support;
 mod verdict;
 
 pub use consensus::robust;
@@ -24,8 +33,8 @@ pub use five_point::five_point;
 pub use refine::{refine_epipolar, refine_epipolar_trimmed, refine_sampson};
 
 use crate::MotionError;
-use crate::triangulate::triangulate;
 use geometry::{Transform, Vec2, Vec3};
+use nalgebra::Rotation3;
 
 /// How [`robust`] searches.
 #[derive(Clone, Debug)]
@@ -40,12 +49,31 @@ pub struct TwoViewOptions {
     pub seed: u64,
     /// Indices of the matches, most trusted first: early samples come from the front (Chum and Matas 2005).
     pub order: Option<Vec<usize>>,
+    /// What is known of the turn beforehand. A small turn of a small object is hard to tell from a larger turn of a flatter
+    /// one, or from the opposite turn of a hollow one; even a rough turn tells them apart.
+    pub rough_turn: Option<RoughTurn>,
+}
+
+/// A rotation known to within some deviation, from the head poses of two frames for instance.
+#[derive(Clone, Copy, Debug)]
+pub struct RoughTurn {
+    /// The rotation.
+    pub b_from_a: Rotation3<f64>,
+    /// Standard deviation of its error about each axis, radians.
+    pub sigma_rad: f64,
 }
 
 impl Default for TwoViewOptions {
-    /// One pixel at a focal length of 650, confidence 1 − 10⁻⁷, 2000 samples.
+    /// One pixel at a focal length of 650, confidence 0.9999, 2000 samples, nothing known beforehand.
     fn default() -> Self {
-        Self { threshold: 1.0 / 650.0, confidence: 1.0 - 1e-7, max_iterations: 2000, seed: 0, order: None }
+        Self {
+            threshold: 1.0 / 650.0,
+            confidence: 0.9999,
+            max_iterations: 2000,
+            seed: 0,
+            order: None,
+            rough_turn: None,
+        }
     }
 }
 
@@ -68,6 +96,16 @@ pub struct TwoView {
     pub direction_sigma_rad: f64,
     /// Whether one plane explains the inliers: then a second motion explains them too, and this one may be it.
     pub planar: bool,
+}
+
+impl TwoView {
+    /// What to tell the user of a motion that is not to be trusted.
+    pub fn warning(&self) -> Option<&'static str> {
+        self.planar.then_some(
+            "the points matched between these two frames lie on one plane, which two different motions explain alike: \
+             choose frames or points that show more of the head's depth",
+        )
+    }
 }
 
 /// The paper's chain: eight-point `E`, rotation and translation from it, least epipolar distances, triangulation.
@@ -101,17 +139,14 @@ fn check_matches(a: &[Vec2], b: &[Vec2]) -> Result<(), MotionError> {
 fn assemble(a: &[Vec2], b: &[Vec2], b_from_a: Transform, inliers: Vec<bool>) -> TwoView {
     let (in_a, in_b) = (verdict::select(a, &inliers), verdict::select(b, &inliers));
     let spread = verdict::spread(&in_a, &in_b, &b_from_a);
-    let triangulated: Vec<_> = (0..a.len())
-        .map(|i| inliers[i].then(|| triangulate(&[(Transform::identity(), a[i]), (b_from_a, b[i])])).flatten())
-        .collect();
-    let planar = verdict::is_planar(&in_a, &in_b, spread.sigma);
+    let points = (0..a.len()).map(|i| inliers[i].then(|| points::point(&b_from_a, &a[i], &b[i])).flatten()).collect();
     TwoView {
         parallax_rad: verdict::median_parallax(&in_a, &in_b, &b_from_a),
-        points: triangulated.into_iter().map(|t| t.map(|t| t.point)).collect(),
+        planar: verdict::is_planar(&in_a, &in_b, &b_from_a, spread.sigma),
+        points,
         sigma: spread.sigma,
         rotation_sigma_rad: spread.rotation_rad,
         direction_sigma_rad: spread.direction_rad,
-        planar,
         b_from_a,
         inliers,
     }

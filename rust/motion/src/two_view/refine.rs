@@ -122,12 +122,13 @@ fn derivatives(pose: &Transform) -> SMatrix<f64, 5, 9> {
 }
 
 /// Two unit vectors orthogonal to a direction and to each other.
-fn tangent_plane(direction: &Vec3) -> Matrix3x2<f64> {
+pub(super) fn tangent_plane(direction: &Vec3) -> Matrix3x2<f64> {
     let first = direction.cross(&Vec3::ith(direction.iamin(), 1.0)).normalize();
     Matrix3x2::from_columns(&[first, direction.cross(&first).normalize()])
 }
 
-fn retract(pose: &Transform, step: &Vector5<f64>) -> Transform {
+/// A motion after a small turn and a move of its translation in [`tangent_plane`].
+pub(super) fn retract(pose: &Transform, step: &Vector5<f64>) -> Transform {
     let mut rotation = Rotation3::new(Vec3::new(step[0], step[1], step[2])) * pose.rotation;
     rotation.renormalize();
     let moved = pose.translation + tangent_plane(&pose.translation) * step.fixed_rows::<2>(3);
@@ -135,9 +136,9 @@ fn retract(pose: &Transform, step: &Vector5<f64>) -> Transform {
 }
 
 /// Cost, `Jᵀ W J` and `Jᵀ W r` at a motion; `loss` gives cost and weight of a squared residual.
-pub(super) struct Equations {
-    pub(super) cost: f64,
-    pub(super) hessian: Matrix5<f64>,
+struct Equations {
+    cost: f64,
+    hessian: Matrix5<f64>,
     gradient: Vector5<f64>,
 }
 
@@ -163,28 +164,7 @@ fn linearise(
     sum
 }
 
-/// Equations of Sampson's distances at a motion, for uncertainty.
-pub(super) fn sampson_equations(
-    a: &[Vec2],
-    b: &[Vec2],
-    pose: &Transform,
-    loss: &impl Fn(f64) -> (f64, f64),
-) -> Equations {
-    linearise(a, b, pose, sampson_distance, loss)
-}
-
-/// As [`refine_sampson`] with any loss, few iterations and a loose tolerance.
-pub(super) fn refine_with(
-    a: &[Vec2],
-    b: &[Vec2],
-    start: &Transform,
-    iterations: usize,
-    loss: impl Fn(f64) -> (f64, f64),
-) -> Transform {
-    minimise(a, b, start, (iterations, 1e-5), sampson_distance, loss)
-}
-
-/// Levenberg–Marquardt with fixed-size equations: this runs inside the consensus loop.
+/// Levenberg–Marquardt with fixed-size equations.
 fn minimise(
     a: &[Vec2],
     b: &[Vec2],
