@@ -18,9 +18,11 @@ pub struct Judged {
 }
 
 /// Prints a line per figure and peer. The ratio is above 1 where ours is faster, more exact or more complete.
+///
+/// Another way of ours, one with a setting, stands among the peers.
 pub fn print(judged: &[Judged]) -> anyhow::Result<()> {
     let mut rows = vec![["what", "ours", "peer", "peer's", "ratio"].map(str::to_owned)];
-    let is_ours = |run: &&Judged| run.program.starts_with("Facewright");
+    let is_ours = |run: &&Judged| run.program.starts_with("Facewright") && run.setting.is_empty();
     for ours in judged.iter().filter(is_ours) {
         let peers = judged.iter().filter(|run| !is_ours(run) && run.case == ours.case && run.task == ours.task);
         let peers: Vec<&Judged> = peers.collect();

@@ -1,17 +1,21 @@
 //! `cargo x bench [WORD]`: time and error of a feature, ours and the peer's, on the same inputs in the same run.
 
-use crate::environment::{BLENDER_4_5, Environment, OPENCV_4, OPENCV_5};
+use crate::environment::{BLENDER_4_5, Environment, OPENCV_4, OPENCV_5, POSELIB, PYCOLMAP};
 use crate::run::{cargo, root, run, say, target};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Features that are measured.
 pub const WORDS: [&str; 3] = ["calibrate", "track", "motion"];
+/// Those of them that OpenCV has too.
+const OPENCV_WORDS: [&str; 3] = ["calibrate", "track", "motion"];
 /// The peers. Each has a script per word that it is measured in, `peers/WORD` and its ending.
-const PEERS: [Peer; 3] = [
-    Peer { name: "opencv-4", environment: &OPENCV_4, script: ".py", words: &WORDS },
-    Peer { name: "opencv-5", environment: &OPENCV_5, script: ".py", words: &WORDS },
+const PEERS: [Peer; 5] = [
+    Peer { name: "opencv-4", environment: &OPENCV_4, script: ".py", words: &OPENCV_WORDS },
+    Peer { name: "opencv-5", environment: &OPENCV_5, script: ".py", words: &OPENCV_WORDS },
     Peer { name: "blender-4.5", environment: &BLENDER_4_5, script: "_blender.py", words: &["track"] },
+    Peer { name: "poselib", environment: &POSELIB, script: "_poselib.py", words: &["motion"] },
+    Peer { name: "pycolmap", environment: &PYCOLMAP, script: "_pycolmap.py", words: &["bundle"] },
 ];
 /// Ours and the peers are measured in turn so many times; the table shows the median.
 const TURNS: usize = 3;

@@ -37,6 +37,14 @@ pub const OPENCV_4: Environment =
 pub const OPENCV_5: Environment =
     Environment { name: "venv-bench/opencv-5", packages: &["opencv-python-headless==5.0.0.93", "numpy==2.4.6"] };
 
+/// PoseLib, a peer of the benches.
+pub const POSELIB: Environment =
+    Environment { name: "venv-bench/poselib", packages: &["poselib==2.0.5", "numpy==2.4.6"] };
+
+/// COLMAP as a Python module, a peer of the benches.
+pub const PYCOLMAP: Environment =
+    Environment { name: "venv-bench/pycolmap", packages: &["pycolmap==4.2.1", "numpy==2.4.6"] };
+
 impl Environment {
     /// A program of the environment, which is made when it is not there or its list has changed.
     pub fn program(&self, name: &str) -> anyhow::Result<PathBuf> {
