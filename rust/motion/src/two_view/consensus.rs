@@ -15,7 +15,7 @@ use geometry::{Mat3, Transform, Vec2};
 /// Rounds of a local optimisation.
 const OPTIMISATION_ROUNDS: usize = 6;
 /// Fewest draws: where hardly a match is wrong one sample explains them, but perhaps by another minimum than the right one.
-const FEWEST_DRAWS: usize = 20;
+const FEWEST_DRAWS: usize = 12;
 /// Draws after which samples come from all matches whatever their order.
 const TRUSTING_DRAWS: f64 = 200.0;
 
@@ -29,8 +29,8 @@ pub fn robust(a: &[Vec2], b: &[Vec2], options: &TwoViewOptions) -> Result<TwoVie
     let total = a.len();
     let matches = Matches::new(a, b);
     let problem = Problem { a, b, matches: &matches, threshold: options.threshold, rough_turn: options.rough_turn };
-    let start = Search { a, b, matches: &matches, options, squares: Vec::new() }.run();
-    let fitted = start.and_then(|start| problem.likelier_of_twins(start)).map(|fitted| problem.supported(fitted));
+    let starts = Search { a, b, matches: &matches, options, squares: Vec::new() }.run();
+    let fitted = problem.likeliest(&starts).map(|fitted| problem.supported(fitted));
     let fitted = fitted.ok_or(MotionError::NoAgreement { agree: 0, total })?;
     let agree = fitted.inliers.iter().filter(|i| **i).count();
     if agree < super::FEWEST || 10 * agree < 3 * total {
@@ -63,6 +63,11 @@ struct Search<'a> {
     squares: Vec<f64>,
 }
 
+/// A sample's motion is optimised where its score is below this many times the best of all samples before.
+const WORTH_OPTIMISING: f64 = 1.1;
+/// Motions whose turns are further apart than this are different minima.
+const DIFFERENT_RAD: f64 = 0.035;
+
 /// A motion of the search.
 struct Candidate {
     pose: Transform,
@@ -70,30 +75,38 @@ struct Candidate {
 }
 
 impl Search<'_> {
-    fn run(&mut self) -> Option<Transform> {
+    /// The best motion found, and the best that differs from it.
+    fn run(&mut self) -> Vec<Transform> {
         let score = Score::new(self.options.threshold);
         let mut random = Random::new(self.options.seed);
-        let mut best: Option<Candidate> = None;
+        let mut found: Vec<Candidate> = Vec::new();
+        let (mut best, mut best_sampled) = (f64::INFINITY, f64::INFINITY);
         let (mut needed, mut drawn) = (self.options.max_iterations, 0);
         while drawn < needed {
             let sample = self.draw(&mut random, drawn);
             drawn += 1;
             for essential in five_point(&sample.map(|i| self.a[i]), &sample.map(|i| self.b[i])) {
-                let limit = best.as_ref().map_or(f64::INFINITY, |best| best.score);
-                if self.score(&score, &essential, limit) >= limit {
+                let limit = WORTH_OPTIMISING * best_sampled;
+                let sampled = self.score(&score, &essential, limit);
+                if sampled >= limit {
                     continue;
                 }
-                let Some(found) = self.optimise(&score, &essential) else { continue };
-                if found.score < limit {
+                best_sampled = best_sampled.min(sampled);
+                let Some(candidate) = self.optimise(&score, &essential) else { continue };
+                if candidate.score < best {
+                    best = candidate.score;
                     let near = self.squares.iter().filter(|squared| **squared < score.limit()).count();
-                    let share = near as f64 / self.matches.len() as f64;
-                    let clean = samples_needed(share, 5, self.options.confidence);
+                    let clean = samples_needed(near as f64 / self.matches.len() as f64, 5, self.options.confidence);
                     needed = clean.max(FEWEST_DRAWS).min(self.options.max_iterations);
-                    best = Some(found);
                 }
+                found.push(candidate);
             }
         }
-        best.map(|best| best.pose)
+        found.sort_by(|p, q| p.score.total_cmp(&q.score));
+        let Some(first) = found.first().map(|best| best.pose) else { return Vec::new() };
+        let differs = |candidate: &&Candidate| candidate.pose.angle_to(&first) > DIFFERENT_RAD;
+        let second = found.iter().find(differs).map(|candidate| candidate.pose);
+        std::iter::once(first).chain(second).collect()
     }
 
     /// Five matches from the front of the trusted order. The front grows as PROSAC's does: as if samples had been drawn from

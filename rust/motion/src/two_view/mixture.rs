@@ -97,12 +97,14 @@ const WORTH_A_LOOK: f64 = 0.5;
 const CLEAN: f64 = 0.97;
 
 impl Problem<'_> {
-    /// The likeliest of a motion, its mirror and one with the rough turn that has its points before the cameras.
+    /// The likeliest of some motions, the mirror of the first and one with the rough turn that has its points before the
+    /// cameras.
     ///
     /// Seen from afar, a turn and the opposite turn of the depth-reversed points give nearly the same pictures: both motions
     /// are minima of the cost, and consensus may have found either.
-    pub(super) fn likelier_of_twins(&self, start: Transform) -> Option<Fitted> {
-        let first = self.refined(start, &self.alike());
+    pub(super) fn likeliest(&self, starts: &[Transform]) -> Option<Fitted> {
+        let mut fits = starts.iter().map(|start| self.refined(*start, &self.alike()));
+        let first = fits.next()?;
         let (in_a, in_b) = (verdict::select(self.a, &first.inliers), verdict::select(self.b, &first.inliers));
         let inliers = Matches::new(&in_a, &in_b);
         let rough = self.rough_turn.and_then(|rough| moved_best(&in_a, &in_b, rough.b_from_a));
@@ -114,7 +116,7 @@ impl Problem<'_> {
             let close = surprise < first.surprise + WORTH_A_LOOK * self.a.len() as f64;
             close.then(|| self.refined(other, &self.alike()))
         });
-        let others: Vec<Fitted> = others.collect();
+        let others: Vec<Fitted> = others.chain(fits).collect();
         let valid = std::iter::once(first).chain(others).filter_map(|fitted| self.before_cameras(fitted));
         valid.min_by(|p, q| p.surprise.total_cmp(&q.surprise))
     }

@@ -229,10 +229,10 @@ fn a_rough_turn_makes_small_turns_more_exact_and_settles_the_twin() {
                 errors_deg(&robust(&pair.a, &pair.b, &options).unwrap().b_from_a, &pair.b_from_a).0
             })
             .collect();
-        (median(errors.clone()), errors.iter().filter(|e| **e > 6.0).count())
+        (errors.iter().sum::<f64>() / 40.0, errors.iter().filter(|e| **e > 6.0).count())
     };
     let ((alone, _), (told, far)) = (solve(false), solve(true));
-    assert!(told < 0.9 * alone && far == 0, "{told} and {far} told, {alone} alone");
+    assert!(told < 0.8 * alone && far == 0, "{told} and {far} told, {alone} alone");
 }
 
 #[test]
