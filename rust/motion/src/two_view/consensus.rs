@@ -15,7 +15,7 @@ use geometry::{Mat3, Transform, Vec2};
 /// Rounds of a local optimisation.
 const OPTIMISATION_ROUNDS: usize = 6;
 /// Fewest draws: where hardly a match is wrong one sample explains them, but perhaps by another minimum than the right one.
-const FEWEST_DRAWS: usize = 12;
+const FEWEST_DRAWS: usize = 20;
 /// Draws after which samples come from all matches whatever their order.
 const TRUSTING_DRAWS: f64 = 200.0;
 
