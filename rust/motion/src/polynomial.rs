@@ -87,7 +87,7 @@ impl Sturm {
             let (remainder, norm) =
                 negative_remainder(&sturm.chain[n - 2], sturm.degrees[n - 2], &sturm.chain[n - 1], m);
             // Nothing is left where the polynomial has a double root.
-            if !(norm > 1e-14) {
+            if norm.is_nan() || norm <= 1e-14 {
                 break;
             }
             (sturm.chain[n], sturm.degrees[n], sturm.length) = (scaled(remainder), m - 1, n + 1);

@@ -53,7 +53,7 @@ fn matches(left: &Path, right: &Path) -> Vec<Match> {
         if t.status == Status::Found { Match { a: *a, b: t.position } } else { Match::missing(*a) }
     };
     let tracked: Vec<Match> = corners.iter().zip(&tracked).map(found).collect();
-    let corrected = geometric(&left, &right, &tracked, Known::default(), &GeometricOptions::default()).unwrap();
+    let corrected = geometric(&left, &right, &tracked, &Known::default(), &GeometricOptions::default()).unwrap();
     corrected.usable().copied().collect()
 }
 

@@ -197,8 +197,8 @@ impl NullaryFnOnce for Normal<'_> {
             for i in 0..5 {
                 gradient[i] = gradient[i] + row[i] * weighted;
                 let part = row[i] * weight;
-                for j in 0..=i {
-                    products[i][j] = products[i][j] + part * row[j];
+                for (product, other) in products[i].iter_mut().zip(&row).take(i + 1) {
+                    *product = *product + part * *other;
                 }
             }
         }
