@@ -75,17 +75,17 @@ macro_rules! lane_by_lane {
             #[inline(always)]
             fn $method(mut self, other: Self) -> Self {
                 for k in 0..LANES {
-                    self.0[k] = self.0[k] $symbol other.0[k];
+                    self.0[k] $symbol other.0[k];
                 }
                 self
             }
         }
     };
 }
-lane_by_lane!(Add, add, +);
-lane_by_lane!(Sub, sub, -);
-lane_by_lane!(Mul, mul, *);
-lane_by_lane!(Div, div, /);
+lane_by_lane!(Add, add, +=);
+lane_by_lane!(Sub, sub, -=);
+lane_by_lane!(Mul, mul, *=);
+lane_by_lane!(Div, div, /=);
 
 impl Lanes {
     #[inline(always)]
