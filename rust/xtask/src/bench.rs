@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Features that are measured.
-pub const WORDS: [&str; 3] = ["calibrate", "track", "motion"];
+pub const WORDS: [&str; 4] = ["calibrate", "track", "motion", "bundle"];
 /// Those of them that OpenCV has too.
 const OPENCV_WORDS: [&str; 3] = ["calibrate", "track", "motion"];
 /// The peers. Each has a script per word that it is measured in, `peers/WORD` and its ending.
@@ -31,9 +31,10 @@ struct Peer {
     words: &'static [&'static str],
 }
 
-/// Measures one feature, or all.
+/// Measures one feature, or all. The motion of two frames and the bundle over many are parts of one feature.
 pub fn bench(word: Option<&str>) -> anyhow::Result<()> {
-    let words = WORDS.iter().filter(|w| word.is_none_or(|wanted| wanted == **w));
+    let belongs = |part: &str, word: &str| part == word || (word, part) == ("motion", "bundle");
+    let words = WORDS.iter().filter(|part| word.is_none_or(|word| belongs(part, word)));
     words.into_iter().try_for_each(|word| measure(word))
 }
 

@@ -1,5 +1,7 @@
 //! End-to-end tests live in `tests/`; here is where they find things.
 
+pub mod truth;
+
 use std::path::{Path, PathBuf};
 
 /// The synthetic person's film with its truth, `tests/data/clip`.

@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "the helpers of tests are tests too")]
 
+use end_to_end::truth::Truth;
 use end_to_end::{assets, clip};
 use facewright::{
     Assets, CalibrateOptions, FrameSet, MatchOptions, Method, ReconstructOptions, Region, SourcedCamera,
@@ -11,18 +12,6 @@ use geometry::{Camera, Progress, Transform, Vec2, Vec3};
 use serde_json::Value;
 use std::path::PathBuf;
 use std::sync::LazyLock;
-
-/// Skin that faces the camera by less than this cosine is at the head's rim: whether it is seen is not asked there.
-const RIM: f64 = 0.2;
-
-/// The filmed head, its camera and its poses.
-struct Truth {
-    camera: Camera,
-    poses: Vec<Transform>,
-    yaw_deg: Vec<f64>,
-    vertices: Vec<Vec3>,
-    triangles: Vec<[u32; 3]>,
-}
 
 struct Film {
     assets: Assets,
@@ -44,66 +33,6 @@ static FILM: LazyLock<Film> = LazyLock::new(|| {
 
 fn options(camera: SourcedCamera) -> TrackClipOptions {
     TrackClipOptions { camera: Some(camera), points: 120, ..TrackClipOptions::default() }
-}
-
-impl Truth {
-    fn read() -> Self {
-        let value: Value = serde_json::from_str(&std::fs::read_to_string(clip().join("truth.json")).unwrap()).unwrap();
-        let frames = value["frames"].as_array().unwrap();
-        let (vertices, triangles) = read_ply(&std::fs::read(clip().join("head.ply")).unwrap());
-        Self {
-            camera: serde_json::from_value(value["camera"].clone()).unwrap(),
-            poses: frames.iter().map(|f| serde_json::from_value(f["cam_from_head"].clone()).unwrap()).collect(),
-            yaw_deg: frames.iter().map(|f| f["yaw_deg"].as_f64().unwrap()).collect(),
-            vertices,
-            triangles,
-        }
-    }
-
-    /// Nearest point of the head on a pixel's ray, and its normal.
-    fn cast(&self, frame: usize, pixel: &Vec2) -> Option<(Vec3, Vec3)> {
-        let head_from_cam = self.poses[frame].inverse();
-        let (origin, ray) = (head_from_cam.translation, head_from_cam.rotation * self.camera.ray(pixel));
-        let hit = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|i| self.vertices[i as usize]);
-            let (ab, ac) = (b - a, c - a);
-            let across = ray.cross(&ac);
-            let determinant = ab.dot(&across);
-            let from_a = origin - a;
-            let u = from_a.dot(&across) / determinant;
-            let turned = from_a.cross(&ab);
-            let v = ray.dot(&turned) / determinant;
-            let along = ac.dot(&turned) / determinant;
-            (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && along > 0.0).then(|| (along, ab.cross(&ac).normalize()))
-        };
-        let nearest = self.triangles.iter().filter_map(hit).min_by(|a, b| a.0.total_cmp(&b.0));
-        nearest.map(|(along, normal)| (origin + ray * along, normal))
-    }
-
-    /// Where frame `b` shows what a pixel of frame `a` shows; `None` off the head and where it is turned away.
-    fn carried(&self, a: usize, b: usize, pixel: &Vec2) -> Option<Vec2> {
-        let (point, normal) = self.cast(a, pixel)?;
-        let in_b = self.poses[b].apply(&point);
-        let facing = -(self.poses[b].rotation * normal).dot(&in_b.normalize());
-        self.camera.project(&in_b).filter(|_| facing > RIM)
-    }
-}
-
-/// Vertices and triangles of a binary PLY of three float32, and of one uchar and three int32.
-fn read_ply(bytes: &[u8]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
-    let end = b"end_header\n";
-    let body = bytes.windows(end.len()).position(|w| w == end).unwrap() + end.len();
-    let header = std::str::from_utf8(&bytes[..body]).unwrap();
-    let count =
-        |name: &str| header.lines().find_map(|l| l.strip_prefix(name)).unwrap().trim().parse::<usize>().unwrap();
-    let (vertices, faces) = (count("element vertex "), count("element face "));
-    let (points, triangles) = bytes[body..].split_at(12 * vertices);
-    let number = |b: &[u8], k: usize| f64::from(f32::from_le_bytes(b[4 * k..4 * k + 4].try_into().unwrap()));
-    let index = |b: &[u8], k: usize| u32::from_le_bytes(b[1 + 4 * k..5 + 4 * k].try_into().unwrap());
-    (
-        points.chunks_exact(12).map(|b| Vec3::new(number(b, 0), number(b, 1), number(b, 2))).collect(),
-        triangles.chunks_exact(13).take(faces).map(|b| [index(b, 0), index(b, 1), index(b, 2)]).collect(),
-    )
 }
 
 fn frame(index: usize) -> PathBuf {

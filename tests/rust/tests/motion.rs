@@ -1,0 +1,284 @@
+//! The motion of the filmed synthetic person from its tracks, and clips that have none.
+
+#![expect(clippy::unwrap_used, clippy::print_stderr, reason = "the helpers of tests are tests too")]
+
+use end_to_end::truth::Truth;
+use end_to_end::{assets, clip};
+use facewright::{
+    Assets, CalibrateOptions, FacewrightError, FrameSet, HeadMotion, KnownLength, MotionOptions, PointTrack, Region,
+    SourcedCamera, TrackClipOptions, Tracks, calibrate, solve_motion, track,
+};
+use geometry::mesh::closest_barycentric;
+use geometry::{Progress, Similarity, Transform, Vec3};
+use std::path::Path;
+use std::sync::LazyLock;
+
+struct Film {
+    truth: Truth,
+    camera: SourcedCamera,
+    tracks: Tracks,
+}
+
+static FILM: LazyLock<Film> = LazyLock::new(|| {
+    let (assets, progress) = (Assets::load(&assets().unwrap()).unwrap(), Progress::new());
+    let camera = calibrated(&clip());
+    let frames = FrameSet::open(&[clip().join("frames")], &progress).unwrap();
+    let options = TrackClipOptions { camera: Some(camera), ..TrackClipOptions::default() };
+    let tracks = track(&frames, &assets, &options, &progress).unwrap();
+    Film { truth: Truth::read(), camera, tracks }
+});
+
+fn calibrated(folder: &Path) -> SourcedCamera {
+    let boards = FrameSet::open(&[folder.join("board")], &Progress::new()).unwrap();
+    calibrate(&boards, &CalibrateOptions::default(), &Progress::new()).unwrap().camera
+}
+
+fn solved(tracks: &Tracks) -> HeadMotion {
+    solve_motion(tracks, &MotionOptions::default(), &Progress::new()).unwrap()
+}
+
+/// Takes the solved head to the true one, as the cameras stand: the size by their places, then all by places and axes.
+fn true_from_solved(motion: &HeadMotion, truth: &[Transform]) -> Similarity {
+    let posed = motion.frames.iter().zip(truth).filter_map(|(frame, truth)| Some((frame.cam_from_head?, *truth)));
+    let (ours, theirs): (Vec<Transform>, Vec<Transform>) = posed.unzip();
+    let fit = |reach: [f64; 2]| {
+        let stand = |pose: &Transform, reach: f64| {
+            [Vec3::zeros(), Vec3::x() * reach, Vec3::y() * reach].map(|p| pose.inverse().apply(&p))
+        };
+        let ours: Vec<_> = ours.iter().map(|pose| stand(pose, reach[0])).collect();
+        let theirs: Vec<_> = theirs.iter().map(|pose| stand(pose, reach[1])).collect();
+        Similarity::fit(ours.as_flattened(), theirs.as_flattened(), None, true).unwrap()
+    };
+    let places = fit([0.0, 0.0]);
+    fit([0.7 / places.scale, 0.7])
+}
+
+/// Median errors of the rotations, degrees, and of the positions, as part of the distance.
+fn pose_errors(motion: &HeadMotion, truth: &[Transform]) -> (f64, f64) {
+    let to_truth = true_from_solved(motion, truth);
+    let posed = motion.frames.iter().zip(truth).filter_map(|(frame, truth)| Some((frame.cam_from_head?, truth)));
+    let (turns, shifts): (Vec<f64>, Vec<f64>) = posed
+        .map(|(ours, truth)| {
+            let moved = to_truth.move_pose(&ours);
+            let off = (moved.translation - truth.translation).norm() / truth.translation.norm();
+            (moved.angle_to(truth).to_degrees(), off)
+        })
+        .unzip();
+    (median(turns), median(shifts))
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// Median distance of the fixed points from the true head, millimetres.
+fn off_surface_mm(motion: &HeadMotion, truth: &Truth) -> f64 {
+    let to_truth = true_from_solved(motion, &truth.poses);
+    let distance = |point: &Vec3| {
+        let of_triangle = |t: &[u32; 3]| {
+            let corners = t.map(|i| truth.vertices[i as usize]);
+            let w = closest_barycentric(point, &corners);
+            (corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2] - point).norm()
+        };
+        truth.triangles.iter().map(of_triangle).fold(f64::INFINITY, f64::min)
+    };
+    let fixed = motion.points.iter().filter(|p| !p.moves);
+    median(fixed.map(|p| 1000.0 * distance(&to_truth.apply(&p.position()))).collect())
+}
+
+#[test]
+fn every_frame_of_the_film_is_posed_and_the_points_lie_on_the_head() {
+    let motion = solved(&FILM.tracks);
+    let (turn, shift) = pose_errors(&motion, &FILM.truth.poses);
+    let off = off_surface_mm(&motion, &FILM.truth);
+    let said = format!("{turn:.3} degrees, {:.3} %, {off:.3} mm, {:.3} px", 100.0 * shift, motion.reprojection_rms_px);
+    eprintln!("film: {said}");
+    assert!(motion.frames.iter().all(|frame| frame.used), "{said}");
+    assert!(turn <= 0.3 && shift <= 0.005 && off <= 0.6 && motion.reprojection_rms_px <= 0.35, "{said}");
+    assert_eq!(motion.focal_sigma_px, None);
+}
+
+#[test]
+fn without_a_board_the_focal_length_is_within_what_is_said_of_it() {
+    let mut tracks = FILM.tracks.clone();
+    tracks.camera.source = facewright::CameraSource::Estimated;
+    tracks.camera.camera = geometry::Camera::centred(400, 300, 400.0);
+    let motion = solved(&tracks);
+    let (focal, sigma) = (motion.camera.camera.fx, motion.focal_sigma_px.unwrap());
+    eprintln!("focal length {focal:.1} ± {sigma:.1} px, truly {:.1}", FILM.truth.camera.fx);
+    assert!((focal / FILM.truth.camera.fx - 1.0).abs() < 0.06);
+    assert!((focal - FILM.truth.camera.fx).abs() < 2.0 * sigma && sigma < 0.06 * focal);
+}
+
+#[test]
+fn a_length_that_was_measured_sets_the_size() {
+    let motion = solved(&FILM.tracks);
+    let fixed: Vec<_> = motion.points.iter().filter(|p| !p.moves).collect();
+    let far = |p: &&&facewright::PointMotion| (p.position() - fixed[0].position()).norm();
+    let other = fixed.iter().max_by(|a, b| far(a).total_cmp(&far(b))).unwrap();
+    let length = 1.1 * far(&other);
+    let lengths = vec![KnownLength { from: fixed[0].id, to: other.id, length }];
+    let options = MotionOptions { lengths, ..MotionOptions::default() };
+    let sized = solve_motion(&FILM.tracks, &options, &Progress::new()).unwrap();
+    let (before, after) = (motion.frames[3].cam_from_head.unwrap(), sized.frames[3].cam_from_head.unwrap());
+    assert!((after.translation.z / before.translation.z - 1.1).abs() < 1e-6);
+    assert!(sized.scale.relative_sigma < 0.02 && sized.scale.source.contains("given as"), "{:?}", sized.scale);
+    let nowhere = vec![KnownLength { from: 100_000, to: other.id, length }];
+    let refused = solve_motion(&FILM.tracks, &MotionOptions { lengths: nowhere, ..options }, &Progress::new());
+    assert!(refused.unwrap_err().to_string().contains("100000"));
+}
+
+#[test]
+fn pupils_that_were_measured_set_the_size() {
+    let options =
+        MotionOptions { interocular: Some(1.05 * FILM.tracks.interocular.unwrap()), ..MotionOptions::default() };
+    let (usual, sized) = (solved(&FILM.tracks), solve_motion(&FILM.tracks, &options, &Progress::new()).unwrap());
+    let depth = |motion: &HeadMotion| motion.frames[0].cam_from_head.unwrap().translation.z;
+    assert!((depth(&sized) / depth(&usual) - 1.05).abs() < 1e-6);
+    assert!(sized.scale.relative_sigma < usual.scale.relative_sigma);
+}
+
+/// The film's tracks with the mouth and a few points of the cheeks talking: up to four pixels down and up again.
+fn talking() -> (Tracks, Vec<usize>) {
+    let mut tracks = FILM.tracks.clone();
+    let mut talk = Vec::new();
+    for (k, track) in tracks.tracks.iter_mut().enumerate() {
+        if track.observations.len() > 8 && (track.region == Region::Mouth || k % 9 == 0) {
+            talk.push(track.id);
+            for o in &mut track.observations {
+                o.2 += 4.0 * (0.9 * o.0 as f64).sin().max(0.0);
+            }
+        }
+    }
+    (tracks, talk)
+}
+
+#[test]
+fn what_talks_is_found_and_does_not_move_the_head() {
+    let (tracks, talk) = talking();
+    let motion = solved(&tracks);
+    let moves = |id: &&usize| motion.points.iter().find(|p| p.id == **id).is_none_or(|p| p.moves);
+    let told = talk.iter().filter(moves).count();
+    assert!(talk.len() >= 15 && told as f64 >= 0.9 * talk.len() as f64, "{told} of {} told", talk.len());
+    let wrongly = motion.points.iter().filter(|p| p.moves && !talk.contains(&p.id)).count();
+    assert!(
+        10 * wrongly <= motion.points.len(),
+        "{wrongly} of {} still points take part in nothing",
+        motion.points.len()
+    );
+    let (turn, shift) = pose_errors(&motion, &FILM.truth.poses);
+    assert!(turn <= 0.3 && shift <= 0.005, "{turn} degrees, {shift}");
+}
+
+#[test]
+fn the_background_never_joins() {
+    let mut tracks = FILM.tracks.clone();
+    let first = 10_000;
+    for k in 0..60 {
+        let at = (7.0 + 6.5 * f64::from(k), if k % 2 == 0 { 11.0 } else { 280.0 });
+        let observations = (0..tracks.frames.len()).map(|f| (f, at.0, at.1, 0.1)).collect();
+        let (id, gaps) = (first + k as usize, Vec::new());
+        tracks.tracks.push(PointTrack { id, reference: 0, region: Region::Skin, place: None, observations, gaps });
+    }
+    let motion = solved(&tracks);
+    assert!(motion.points.iter().all(|p| p.id < first || p.moves), "a point that stands still is no point of the head");
+    let (turn, shift) = pose_errors(&motion, &FILM.truth.poses);
+    assert!(turn <= 0.3 && shift <= 0.005, "{turn} degrees, {shift}");
+}
+
+#[test]
+fn one_thread_and_four_give_the_same_motion() {
+    let (tracks, _) = talking();
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut motion = pool.install(|| solved(&tracks));
+        motion.timings_s.clear();
+        serde_json::to_string(&motion).unwrap()
+    };
+    assert_eq!(with(1), with(4));
+}
+
+/// The film's tracks with the first frame's pose and places in every frame, grown by a factor for each frame.
+fn frozen(growth: f64) -> Tracks {
+    let mut tracks = FILM.tracks.clone();
+    let (count, camera) = (tracks.frames.len(), tracks.camera.camera);
+    let first = tracks.frames.iter().find_map(|frame| frame.cam_from_head).unwrap();
+    let scale = |frame: usize| growth.powf(frame as f64 / (count - 1) as f64);
+    for (k, frame) in tracks.frames.iter_mut().enumerate() {
+        let mut pose = first;
+        pose.translation.z /= scale(k);
+        frame.cam_from_head = Some(pose);
+    }
+    for track in &mut tracks.tracks {
+        let (_, u, v, sigma) = track.observations[0];
+        let (x, y) = (u - camera.cx, v - camera.cy);
+        let grown = |k: usize| (k, camera.cx + scale(k) * x, camera.cy + scale(k) * y, sigma);
+        track.observations = (0..count).map(grown).collect();
+    }
+    tracks
+}
+
+#[test]
+fn a_still_head_a_zoom_and_a_film_without_a_face_get_their_sentences() {
+    let refused = |tracks: &Tracks| solve_motion(tracks, &MotionOptions::default(), &Progress::new()).unwrap_err();
+    assert!(matches!(refused(&frozen(1.0)), FacewrightError::NoRotation { degrees } if degrees < 1.0));
+    let zoom = refused(&frozen(1.6));
+    assert!(matches!(zoom, FacewrightError::OnlyZoom { .. }) && zoom.to_string().contains("grows by 60 %"), "{zoom}");
+    let mut nobody = FILM.tracks.clone();
+    nobody.frames.iter_mut().for_each(|frame| frame.cam_from_head = None);
+    assert!(matches!(refused(&nobody), FacewrightError::NoFace { .. }));
+    let options = MotionOptions { camera: Some(FILM.camera), ..MotionOptions::default() };
+    let mut other = FILM.tracks.clone();
+    other.camera.camera.width = 640;
+    let other = solve_motion(&other, &options, &Progress::new()).unwrap_err();
+    assert!(matches!(other, FacewrightError::OtherCamera { .. }));
+}
+
+#[test]
+fn a_frame_full_of_wrong_tracks_is_named_with_its_reason() {
+    let mut tracks = FILM.tracks.clone();
+    for (k, track) in tracks.tracks.iter_mut().enumerate() {
+        for o in track.observations.iter_mut().filter(|o| o.0 == 9) {
+            o.1 += 25.0 * (1.7 * k as f64).sin();
+            o.2 += 25.0 * (2.9 * k as f64).cos();
+        }
+    }
+    let motion = solved(&tracks);
+    let frame = &motion.frames[9];
+    assert!(!frame.used && frame.cam_from_head.is_none() && frame.reason.contains("covered"), "{}", frame.reason);
+    assert!(motion.warnings.iter().any(|w| w.contains(&frame.name)), "{:?}", motion.warnings);
+    assert_eq!(motion.frames.iter().filter(|f| f.used).count(), motion.frames.len() - 1);
+}
+
+#[test]
+fn a_scanned_head_is_posed_with_a_board_and_without() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/james-cif");
+    if !folder.is_dir() {
+        eprintln!("skipped: {} is missing", folder.display());
+        return;
+    }
+    let text = std::fs::read_to_string(folder.join("truth.json")).unwrap();
+    let value: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let frames = value["frames"].as_array().unwrap();
+    let truth: Vec<Transform> =
+        frames.iter().map(|f| serde_json::from_value(f["cam_from_head"].clone()).unwrap()).collect();
+    let (assets, progress) = (Assets::load(&assets().unwrap()).unwrap(), Progress::new());
+    let frames = FrameSet::open(&[folder.join("frames")], &progress).unwrap();
+    for camera in [Some(calibrated(&folder)), None] {
+        let options = TrackClipOptions { camera, ..TrackClipOptions::default() };
+        let motion = solved(&track(&frames, &assets, &options, &progress).unwrap());
+        let (turn, shift) = pose_errors(&motion, &truth);
+        let (focal, sigma) = (motion.camera.camera.fx, motion.focal_sigma_px);
+        let said = format!(
+            "{turn:.3} degrees, {:.3} %, {:.3} px, focal length {focal:.1}, deviation {sigma:?}",
+            100.0 * shift,
+            motion.reprojection_rms_px
+        );
+        eprintln!("scan: {said}");
+        assert!(motion.frames.iter().all(|frame| frame.used), "{said}");
+        assert!(turn <= 0.3 && shift <= 0.005 && motion.reprojection_rms_px <= 0.35, "{said}");
+        assert!((focal / 615.0 - 1.0).abs() <= 0.06, "{said}");
+        assert!(sigma.is_none_or(|sigma| (focal - 615.0).abs() <= 2.0 * sigma), "{said}");
+    }
+}
