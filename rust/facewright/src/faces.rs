@@ -134,9 +134,19 @@ impl TrackedSkin {
 fn warnings(observations: &[Observation]) -> Result<Vec<String>, FacewrightError> {
     let faces = observations.iter().filter_map(|o| o.face.as_ref());
     let (found, several) = (faces.clone().count(), faces.filter(|f| f.faces_in_picture > 1).count());
-    match found {
-        0 => Err(FacewrightError::NoFace { frames: observations.len() }),
-        _ if several > 0 => Ok(vec![format!("{several} frames show several faces: the largest one was followed")]),
-        _ => Ok(Vec::new()),
+    if found == 0 {
+        return Err(FacewrightError::NoFace { frames: observations.len() });
     }
+    let rivals = observations.iter().filter(|o| o.rival).count();
+    let mut warnings = Vec::new();
+    if several > 0 {
+        warnings.push(format!("{several} frames show several faces: the largest one was followed"));
+    }
+    if rivals > 0 {
+        warnings.push(format!(
+            "in about {rivals} of them another face becomes the largest: the one of the frames before was kept. If it is \
+             the wrong one, begin the clip where the right one is the largest"
+        ));
+    }
+    Ok(warnings)
 }

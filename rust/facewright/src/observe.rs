@@ -15,13 +15,16 @@ const SHARPNESS_SIZE: u32 = 96;
 /// One frame, looked at.
 #[derive(Clone, Debug)]
 pub struct Observation {
-    /// The largest face; `None` when there is none.
+    /// The face that is followed: at first the largest one; `None` when it is not there.
     pub face: Option<Face>,
+    /// Whether another face had become the largest.
+    pub rival: bool,
     /// Mean squared Laplacian of the face at a fixed size, relative to its contrast; compare within a clip.
     pub sharpness: f64,
 }
 
-/// Finds the face in every frame.
+/// Finds the face in every frame. Tasks begin with the largest one; where that is not the one that the task before ended
+/// with, its frames are looked at again, for that one.
 pub fn observe(
     frames: &FrameSet,
     landmarker: &FaceLandmarker,
@@ -29,23 +32,36 @@ pub fn observe(
 ) -> Result<Vec<Observation>, FacewrightError> {
     progress.stage("landmarks")?;
     let done = AtomicUsize::new(0);
-    let chunk = |start: usize| -> Result<Vec<Observation>, FacewrightError> {
+    let chunk = |start: usize, before: Option<&Face>| -> Result<Vec<Observation>, FacewrightError> {
         let mut observations: Vec<Observation> = Vec::with_capacity(CHUNK);
+        let mut last = before.cloned();
         for i in start..(start + CHUNK).min(frames.len()) {
-            progress.step(done.fetch_add(1, Ordering::Relaxed), frames.len())?;
+            progress.step(done.fetch_add(1, Ordering::Relaxed).min(frames.len()), frames.len())?;
             let picture = frames.load(i)?;
-            let face = match observations.last().and_then(|o| o.face.as_ref()) {
+            let face = match &last {
                 Some(previous) => landmarker.follow(&picture, previous)?,
                 None => landmarker.find(&picture)?,
             };
             let sharpness = face.as_ref().map_or(0.0, |f| sharpness(&picture, f));
-            observations.push(Observation { face, sharpness });
+            last.clone_from(&face);
+            observations.push(Observation { face, rival: before.is_some(), sharpness });
         }
         Ok(observations)
     };
     let starts: Vec<usize> = (0..frames.len()).step_by(CHUNK).collect();
-    let chunks: Result<Vec<_>, _> = starts.into_par_iter().map(chunk).collect();
-    Ok(chunks?.into_iter().flatten().collect())
+    let chunks: Result<Vec<_>, _> = starts.into_par_iter().map(|start| chunk(start, None)).collect();
+    let mut chunks = chunks?;
+    for k in 1..chunks.len() {
+        let ends = (chunks[k - 1].last(), chunks[k].first());
+        let (Some(before), Some(after)) = (ends.0.and_then(|o| o.face.clone()), ends.1.and_then(|o| o.face.as_ref()))
+        else {
+            continue;
+        };
+        if after.faces_in_picture > 1 && !after.may_follow(&before) {
+            chunks[k] = chunk(k * CHUNK, Some(&before))?;
+        }
+    }
+    Ok(chunks.into_iter().flatten().collect())
 }
 
 /// The rectangle around a face's landmarks, within the picture: `[x, y, width, height]`.

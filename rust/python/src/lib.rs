@@ -7,8 +7,8 @@ use facewright::board::{Page, SheetOptions, sheet};
 use facewright::calibration_picture::{DPI, of_camera, of_rig};
 use facewright::drawing::Format;
 use facewright::{
-    Assets, CalibrateOptions, CalibratedCamera, CalibratedRig, FacewrightError as CoreError, FrameSet, Method,
-    ReconstructOptions, RigInput, SourcedCamera, TrackClipOptions, Tracks,
+    Assets, CalibrateOptions, CalibratedCamera, CalibratedRig, FacewrightError as CoreError, FrameSet, KnownLength,
+    Method, MotionOptions, ReconstructOptions, RigInput, SourcedCamera, TrackClipOptions, Tracks, solve_motion,
 };
 use geometry::{Board, Progress};
 use job::{Job, Output};
@@ -142,6 +142,28 @@ fn track(
     })
 }
 
+#[pyfunction]
+#[pyo3(signature = (tracks, *, camera = None, interocular_mm = None, lengths = Vec::new()))]
+fn motion(
+    tracks: &str,
+    camera: Option<&str>,
+    interocular_mm: Option<f64>,
+    lengths: Vec<(usize, usize, f64)>,
+) -> PyResult<Job> {
+    let tracks = Tracks::parse(tracks).map_err(|e| raise(&e))?;
+    let known = |(from, to, mm)| KnownLength { from, to, length: mm / 1000.0 };
+    let options = MotionOptions {
+        camera: camera.map(SourcedCamera::parse).transpose().map_err(|e| raise(&e))?,
+        interocular: interocular_mm.map(|mm| mm / 1000.0),
+        lengths: lengths.into_iter().map(known).collect(),
+        ..MotionOptions::default()
+    };
+    Job::start(move |progress| {
+        let motion = solve_motion(&tracks, &options, progress)?;
+        Ok(Output::Text(serde_json::to_string(&motion).unwrap_or_default()))
+    })
+}
+
 fn method_of(name: &str) -> PyResult<Method> {
     match name {
         "default" => Ok(Method::Default),
@@ -198,6 +220,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(calibrate_rig, module)?)?;
     module.add_function(wrap_pyfunction!(save_calibration_picture, module)?)?;
     module.add_function(wrap_pyfunction!(track, module)?)?;
+    module.add_function(wrap_pyfunction!(motion, module)?)?;
     module.add_function(wrap_pyfunction!(reconstruct, module)?)?;
     module.add_function(wrap_pyfunction!(check_folder, module)?)?;
     module.add_function(wrap_pyfunction!(generic_head, module)?)

@@ -119,6 +119,40 @@ fn several_faces_follow_the_largest_with_a_warning() {
     assert!(case.output().join("head.glb").is_file());
 }
 
+/// Two people who trade places in size, as if one came nearer and the other stepped back.
+#[test]
+fn of_two_faces_that_swap_sizes_the_first_is_followed() {
+    let case = Case::new();
+    for i in 0..21 {
+        let one = picture(&frame(i));
+        let (width, height) = one.dimensions();
+        let mut both = RgbImage::from_pixel(2 * width, height, image::Rgb([120, 120, 115]));
+        let (left, right) = if i < 11 { (1.0, 0.7) } else { (0.7, 1.0) };
+        for (x, size) in [(0, left), (width, right)] {
+            let part = |side: u32| (f64::from(side) * size) as u32;
+            let scaled =
+                image::imageops::resize(&one, part(width), part(height), image::imageops::FilterType::Triangle);
+            both.copy_from(&scaled, x, 0).unwrap();
+        }
+        both.save(case.input(&format!("{i:02}.png"))).unwrap();
+    }
+    let output = case.output().join("tracks.json");
+    let mut command = case.program();
+    let done = command.arg("track").arg(case.input("")).arg("-o").arg(&output).output().unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let said = String::from_utf8_lossy(&done.stdout);
+    assert!(said.contains("another face becomes the largest: the one of the frames before was kept"), "{said}");
+    let tracks: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(output).unwrap()).unwrap();
+    let poses: Vec<f64> = tracks["frames"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|frame| frame["cam_from_head"][0][3].as_f64().unwrap_or(f64::NAN))
+        .collect();
+    assert!(poses.iter().all(|x| !(*x > 0.0)), "the person at the left is followed throughout: {poses:?}");
+    assert!(poses.iter().filter(|x| x.is_finite()).count() >= 19, "{poses:?}");
+}
+
 #[test]
 fn a_board_of_another_size() {
     let case = Case::new();

@@ -137,7 +137,7 @@ pub(super) fn report(
     clock.lap("report");
     Ok(HeadMotion {
         version: env!("CARGO_PKG_VERSION").to_owned(),
-        warnings: warnings(&frames, problem, &motion, focal_sigma_px),
+        warnings: warnings(tracks, &frames, problem, &motion, focal_sigma_px),
         roughness: roughness(&poses, &middle(&points)),
         camera: SourcedCamera { camera: motion.camera, source: problem.camera.source },
         focal_sigma_px,
@@ -242,8 +242,14 @@ fn roughness(poses: &[Option<Transform>], middle: &Vec3) -> Roughness {
     Roughness { rotation_deg: median(turns.into_iter()), translation_mm: median(shifts.into_iter()) }
 }
 
-fn warnings(frames: &[FrameMotion], problem: &Problem, motion: &Sequence, focal_sigma_px: Option<f64>) -> Vec<String> {
-    let mut warnings = Vec::new();
+fn warnings(
+    tracks: &Tracks,
+    frames: &[FrameMotion],
+    problem: &Problem,
+    motion: &Sequence,
+    focal_sigma_px: Option<f64>,
+) -> Vec<String> {
+    let mut warnings = tracks.warnings.clone();
     let mut reasons: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for frame in frames.iter().filter(|frame| !frame.used) {
         reasons.entry(&frame.reason).or_default().push(&frame.name);

@@ -80,7 +80,9 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
             write_json(output, &tracks)?;
             let used = tracks.frames.iter().filter(|f| f.used).count();
             let count = tracks.tracks.len();
-            let text = format!("{count} points in {used} of {} frames, in {}", frames.len(), output.display());
+            let warnings = warnings_text(&tracks.warnings);
+            let text =
+                format!("{count} points in {used} of {} frames, in {}{warnings}", frames.len(), output.display());
             Ok(Summary { text, json: json!(tracks) })
         }
         Command::Motion { frames, tracks, camera, interocular_mm, lengths, output } => {
@@ -112,7 +114,7 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
             let result = reconstruct(&frames, &load_assets(arguments)?, &options, progress)?;
             result.write(output)?;
             let used = result.report.frames.iter().filter(|f| f.used).count();
-            let warnings: String = result.report.warnings.iter().map(|w| format!("\nwarning: {w}")).collect();
+            let warnings = warnings_text(&result.report.warnings);
             let text = format!("{}: {used} of {} frames used{warnings}", output.display(), frames.len());
             Ok(Summary { text, json: json!(result.report) })
         }
@@ -126,12 +128,16 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
     }
 }
 
+fn warnings_text(warnings: &[String]) -> String {
+    warnings.iter().map(|warning| format!("\nwarning: {warning}")).collect()
+}
+
 fn motion_text(motion: &HeadMotion, output: &Path) -> String {
     let posed = motion.frames.iter().filter(|f| f.used).count();
     let rigid = motion.points.iter().filter(|p| !p.moves).count();
     let focal =
         motion.focal_sigma_px.map_or(String::new(), |s| format!(", focal {:.0} ± {s:.0} px", motion.camera.camera.fx));
-    let warnings: String = motion.warnings.iter().map(|w| format!("\nwarning: {w}")).collect();
+    let warnings = warnings_text(&motion.warnings);
     format!(
         "{posed} of {} frames posed, {rigid} points fixed and {} moving, {:.2} px{focal}, in {}{warnings}",
         motion.frames.len(),

@@ -285,6 +285,7 @@ impl<'a> Sequence<'a> {
             window,
             frames: (0..self.frames.len()).map(frame).collect(),
             tracks,
+            warnings: self.faces.warnings.clone(),
         }
     }
 }

@@ -73,6 +73,9 @@ pub struct Tracks {
     pub frames: Vec<FrameTracks>,
     /// The points.
     pub tracks: Vec<PointTrack>,
+    /// What the artist should know.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
 }
 
 impl Tracks {
@@ -152,6 +155,7 @@ mod tests {
                 observations,
                 gaps: Vec::new(),
             }],
+            warnings: Vec::new(),
         }
     }
 

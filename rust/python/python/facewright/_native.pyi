@@ -134,6 +134,19 @@ def track(
     of the tracker's window in pixels, odd.
     """
 
+def motion(
+    tracks: str,
+    *,
+    camera: str | None = None,
+    interocular_mm: float | None = None,
+    lengths: Sequence[tuple[int, int, float]] = (),
+) -> Job[str]:
+    """Solve for the head's pose in every frame and the places of its points; the result is motion.json as text.
+
+    `tracks` is tracks.json as text, `camera` camera.json as text, instead of the camera of the tracks. `lengths` are
+    (number of a track, number of another, millimetres between them) as measured on the head.
+    """
+
 def reconstruct(
     frames: Sequence[str],
     *,

@@ -73,6 +73,11 @@ impl Face {
         self.score > CERTAIN_SCORE && self.flip_disagreement_px < CERTAIN_DISAGREEMENT * self.eye_distance()
     }
 
+    /// Whether it is where the same person may be in the frame after `previous`.
+    pub fn may_follow(&self, previous: &Self) -> bool {
+        self.region().is_near(&previous.region(), SAME_PERSON)
+    }
+
     /// The square around the face.
     fn region(&self) -> Region {
         region_of(&self.points)
@@ -131,9 +136,8 @@ impl FaceLandmarker {
     pub fn follow(&self, image: &RgbImage, previous: &Face) -> Result<Option<Face>, LandmarkError> {
         check(image)?;
         self.threads.run(|| {
-            let last = previous.region();
-            let near = |face: &Face| face.region().is_near(&last, SAME_PERSON);
-            match self.look(image, last, previous.faces_in_picture)? {
+            let near = |face: &Face| face.may_follow(previous);
+            match self.look(image, previous.region(), previous.faces_in_picture)? {
                 Some(face) if near(&face) && face.is_certain() => Ok(Some(face)),
                 _ => self.search(image, |face, count| near(face) || (count <= 1 && previous.faces_in_picture <= 1)),
             }
