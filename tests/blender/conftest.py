@@ -1,10 +1,12 @@
 """Every test starts in an empty scene with the extension installed from its zip, as a user would."""
 
+import json
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import bpy
 import pytest
@@ -53,6 +55,39 @@ def engine() -> ModuleType:
 def generic_face(scene_head: ModuleType, engine: ModuleType) -> bpy.types.Object:
     """The generic head in the scene."""
     return scene_head.place(bpy.context.scene, engine.generic_head())
+
+
+@pytest.fixture
+def clip() -> bpy.types.MovieClip:
+    """The synthetic person's frames."""
+    return bpy.data.movieclips.load(str(ROOT / "tests/data/clip/frames/frame_00.jpg"))
+
+
+@pytest.fixture
+def tracked(clip: bpy.types.MovieClip) -> bpy.types.MovieClip:
+    """The same with made-up tracks."""
+    from tracking import made_up, place
+
+    place(clip, made_up())
+    return clip
+
+
+@pytest.fixture
+def library(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[dict[str, Any]]]:
+    """Lets the library's tracking give made-up tracks of the frames it is asked for; tells what it was asked."""
+    from tracking import Finished, made_up, module
+
+    def install(fails: Exception | None = None, **more: Any) -> list[dict[str, Any]]:
+        asked: list[dict[str, Any]] = []
+
+        def track(frames: list[str], **settings: Any) -> Finished:
+            asked.append({"frames": frames} | settings)
+            return Finished(json.dumps(made_up(names=[Path(frame).stem for frame in frames], **more)), fails)
+
+        monkeypatch.setattr(module("track.actions"), "track", track)
+        return asked
+
+    return install
 
 
 def snapshot() -> dict[str, int]:

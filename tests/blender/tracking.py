@@ -1,0 +1,135 @@
+"""Tracks of a face that tests make up, and what they ask of a clip with them."""
+
+import importlib
+import json
+from collections.abc import Callable
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import bpy
+import numpy as np
+from conftest import PACKAGE, ROOT
+
+CLIP = ROOT / "tests/data/clip"
+TRUTH = json.loads((CLIP / "truth.json").read_text())
+NAMES = [f"frame_{k:02d}" for k in range(21)]
+REGIONS = ("skin", "mouth", "eyes", "brows")
+SIZE = (400, 300)
+Text = dict[str, Any]
+
+
+def made_up(count: int = 12, names: list[str] | None = None, seed: int = 3, first_id: int = 0) -> Text:
+    """A tracks.json: points that wander over the picture, found from some frame on to some other, with gaps."""
+    names, rng = NAMES if names is None else names, np.random.default_rng(seed)
+    tracks = [one_track(first_id + k, REGIONS[k % 4], len(names), rng) for k in range(count)]
+    poses = {frame["name"]: frame["cam_from_head"] for frame in TRUTH["frames"]}
+    frames = [
+        {"name": name, "used": k != 4, "reason": "blurred" if k == 4 else "", "cam_from_head": poses.get(name)}
+        for k, name in enumerate(names)
+    ]
+    for k, frame in enumerate(frames):
+        frame["points"] = sum(k in [row[0] for row in track["observations"]] for track in tracks)
+    camera = TRUTH["camera"] | {"source": "board"}
+    return {"version": "0.1.0", "method": "default", "camera": camera, "window": 15, "frames": frames, "tracks": tracks}
+
+
+def one_track(number: int, region: str, frames: int, rng: np.random.Generator) -> Text:
+    """At least two frames, a gap of one or two, a frame again; `frames` are seven or more."""
+    first, last = int(rng.integers(0, max(frames // 5, 1))), int(rng.integers(frames * 3 // 4, frames))
+    gap = (first + last) // 2
+    gap_end = min(gap + int(rng.integers(0, 2)), last - 1)
+    points = rng.uniform((20, 20), (380, 280)) + rng.normal(0.0, 2.0, (frames, 2)).cumsum(axis=0)
+    seen = [k for k in range(first, last + 1) if not gap <= k <= gap_end]
+    rows = [[k, *points[k].tolist(), float(rng.uniform(0.05, 0.4))] for k in seen]
+    gaps = [[gap, gap_end, "turned away"]] + ([[last + 1, frames - 1, "outside"]] if last + 1 < frames else [])
+    return {"id": number, "reference": seen[1], "region": region, "observations": rows, "gaps": gaps}
+
+
+def module(name: str) -> ModuleType:
+    return importlib.import_module(f"{PACKAGE}.{name}")
+
+
+def place(clip: bpy.types.MovieClip, tracks: Text) -> str:
+    return module("track.actions").place(clip, json.dumps(tracks))
+
+
+def read(clip: bpy.types.MovieClip) -> Text:
+    return json.loads(module("track.actions").read(clip))
+
+
+def by_id(tracks: Text) -> dict[int, Text]:
+    return {track["id"]: track for track in tracks["tracks"]}
+
+
+def marker(track: bpy.types.MovieTrackingTrack, frame: int) -> bpy.types.MovieTrackingMarker:
+    found = track.markers.find_frame(frame)
+    assert found is not None
+    return found
+
+
+class Finished:
+    """A native job that has made a tracks.json; `fails` is raised instead."""
+
+    def __init__(self, text: str, fails: Exception | None = None) -> None:
+        self.text, self.fails, self.cancelled, self.rounds = text, fails, False, 2
+
+    def progress(self) -> tuple[str, float]:
+        return "track", 0.5
+
+    def finished(self) -> bool:
+        self.rounds -= 1
+        return self.cancelled or self.rounds < 0
+
+    def cancel(self) -> None:
+        self.cancelled = True
+
+    def result(self) -> str:
+        if self.fails is not None:
+            raise self.fails
+        return self.text
+
+
+def in_editor(clip: bpy.types.MovieClip, work: Callable[[], Any]) -> Any:
+    """What is done in a Clip editor."""
+    window = bpy.context.window_manager.windows[0]
+    area = window.screen.areas[0]
+    area.type = "CLIP_EDITOR"
+    area.spaces.active.clip = clip
+    area.spaces.active.clip_user.frame_current = bpy.context.scene.frame_current
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        return work()
+
+
+class Layout:
+    """Takes what a panel draws; refuses properties and operators that there are not."""
+
+    def __init__(self) -> None:
+        self.said: list[str] = []
+
+    def prop(self, data: Any, name: str, **_more: Any) -> None:
+        assert name in data.bl_rna.properties
+
+    def operator(self, name: str, **_more: Any) -> SimpleNamespace:
+        category, _, call = name.partition(".")
+        assert getattr(bpy.ops, category) and hasattr(bpy.types, f"{category.upper()}_OT_{call}")
+        return SimpleNamespace()
+
+    def label(self, text: str = "", **_more: Any) -> None:
+        self.said.append(text)
+
+    def row(self, **_more: Any) -> "Layout":
+        return self
+
+    column = row
+
+
+def drawn(panel: str, **context: Any) -> str:
+    layout, preferences = Layout(), SimpleNamespace(system=SimpleNamespace(ui_scale=1.0))
+    shown = SimpleNamespace(
+        scene=bpy.context.scene, region=SimpleNamespace(width=400), preferences=preferences, **context
+    )
+    cls = getattr(bpy.types, panel)
+    me = SimpleNamespace(layout=layout, draw_markers=lambda context: cls.draw_markers(me, context))
+    cls.draw(me, shown)
+    return " ".join(layout.said)
