@@ -1,7 +1,6 @@
 """A tracks.json as data: read strictly, and written again."""
 
 import json
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -11,6 +10,7 @@ from facewright import FacewrightError
 from numpy.typing import NDArray
 
 from . import calibration
+from .checks import need, numbers, once
 
 REGIONS = ("skin", "mouth", "eyes", "brows")
 METHODS = ("default", "paper")
@@ -92,16 +92,16 @@ def parse(text: str) -> Tracks:
         raise FacewrightError(f"it is not JSON: {error}") from error
     if not isinstance(content, dict) or "tracks" not in content:
         raise FacewrightError("it holds no tracks")
-    version, method = _need(content, "version", str), _need(content, "method", str)
+    version, method = need(content, "version", str), need(content, "method", str)
     if method not in METHODS:
         raise FacewrightError(f"its method is {method}, not one of {', '.join(METHODS)}")
-    camera = _need(content, "camera", dict)
+    camera = need(content, "camera", dict)
     calibration.parse(json.dumps(camera))
-    frames = tuple(_frame(row, k) for k, row in enumerate(_need(content, "frames", list)))
-    _once([frame.name for frame in frames], "frame")
-    tracks = tuple(_track(row, k, len(frames)) for k, row in enumerate(_need(content, "tracks", list)))
-    _once([track.id for track in tracks], "track")
-    window = _need(content, "window", int)
+    frames = tuple(_frame(row, k) for k, row in enumerate(need(content, "frames", list)))
+    once([frame.name for frame in frames], "frame")
+    tracks = tuple(_track(row, k, len(frames)) for k, row in enumerate(need(content, "tracks", list)))
+    once([track.id for track in tracks], "track")
+    window = need(content, "window", int)
     if window < 1:
         raise FacewrightError(f"its window is {window} pixels, which no tracker has")
     return Tracks(version, method, camera, window, frames, tracks)
@@ -162,11 +162,11 @@ def _row(track: Track) -> dict[str, Any]:
 
 def _frame(row: Any, number: int) -> Frame:
     where = f"frame {number}"
-    name, used = _need(row, "name", str, where), _need(row, "used", bool, where)
-    reason = _need(row, "reason", str, where) if row.get("reason") is not None else ""
+    name, used = need(row, "name", str, where), need(row, "used", bool, where)
+    reason = need(row, "reason", str, where) if row.get("reason") is not None else ""
     pose = row.get("cam_from_head")
     if pose is not None:
-        rows = _numbers(pose, (4, 4))
+        rows = numbers(pose, (4, 4))
         if rows is None:
             raise FacewrightError(f"the pose of {name} is no 4 × 4 matrix")
         pose = rows.tolist()
@@ -174,12 +174,12 @@ def _frame(row: Any, number: int) -> Frame:
 
 
 def _track(row: Any, number: int, count: int) -> Track:
-    track_id = _need(row, "id", int, f"track number {number}")
+    track_id = need(row, "id", int, f"track number {number}")
     where = f"track {track_id}"
-    region, reference = _need(row, "region", str, where), _need(row, "reference", int, where)
+    region, reference = need(row, "region", str, where), need(row, "reference", int, where)
     if region not in REGIONS:
         raise FacewrightError(f"{where} has the region {region}, not one of {', '.join(REGIONS)}")
-    rows = _numbers(_need(row, "observations", list, where), (-1, 4))
+    rows = numbers(need(row, "observations", list, where), (-1, 4))
     if rows is None or len(rows) == 0:
         raise FacewrightError(f"{where} has no observations of the form frame, u, v, sigma")
     frames = rows[:, 0].astype(np.int64)
@@ -191,7 +191,7 @@ def _track(row: Any, number: int, count: int) -> Track:
         raise FacewrightError(f"{where} has a sigma that is not above 0")
     if reference not in frames:
         raise FacewrightError(f"{where} is not seen in its own reference frame {reference}")
-    gaps = tuple(_gap(gap, where, frames, count) for gap in _need(row, "gaps", list, where))
+    gaps = tuple(_gap(gap, where, frames, count) for gap in need(row, "gaps", list, where))
     return Track(track_id, reference, region, frames, rows[:, 1:3], rows[:, 3], gaps)
 
 
@@ -204,30 +204,3 @@ def _gap(row: Any, where: str, frames: NDArray[np.int64], count: int) -> Gap:
     if ((frames >= gap.first) & (frames <= gap.last)).any():
         raise FacewrightError(f"{where} is seen within its gap {gap.first} to {gap.last}")
     return gap
-
-
-def _need(content: Any, key: str, kind: type, where: str = "") -> Any:
-    """A value of a kind that must be there."""
-    value = content.get(key) if isinstance(content, dict) else None
-    # `True` is an `int` to Python.
-    if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
-        raise FacewrightError(f"{where or 'it'} has no {key}")
-    return value
-
-
-def _numbers(rows: Any, shape: tuple[int, int]) -> NDArray[np.float64] | None:
-    """Finite numbers of a shape; None if they are not."""
-    try:
-        values = np.array(rows)
-        values = values.reshape(shape) if values.ndim == 2 and values.shape[1] == shape[1] else None
-    except ValueError:
-        return None
-    if values is None or values.dtype.kind not in "if" or not np.isfinite(values).all():
-        return None
-    return values.astype(np.float64)
-
-
-def _once(names: list[Any], kind: str) -> None:
-    twice = [name for name, count in Counter(names).items() if count > 1]
-    if twice:
-        raise FacewrightError(f"it has the {kind} {twice[0]} twice")

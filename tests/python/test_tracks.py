@@ -1,40 +1,21 @@
 """tracks.json: what is read comes out again, what is broken gets a sentence; without Blender and the library."""
 
 import copy
-import importlib
 import json
-import os
-import sys
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 from types import ModuleType
 from typing import Any
 
 import pytest
+from engines import Error
 
-ENGINE = Path(os.environ.get("FACEWRIGHT_ROOT", Path(__file__).parents[2])) / "addon" / "engine"
 Content = dict[str, Any]
 
 
-class Error(Exception):
-    """Stands for the library's error."""
-
-
 @pytest.fixture(scope="module")
-def engine() -> Iterator[ModuleType]:
-    """`engine/tracks.py` without `engine/__init__.py`, which imports the native library."""
-    before = set(sys.modules)
-    native, package = ModuleType("facewright"), ModuleType("engine")
-    native.__dict__["FacewrightError"] = Error
-    package.__path__ = [str(ENGINE)]
-    kept = sys.modules.get("facewright")
-    sys.modules |= {"facewright": native, "engine": package}
-    yield importlib.import_module("engine.tracks")
-    for name in [name for name in sys.modules if name == "facewright" or name.split(".")[0] == "engine"]:
-        if name not in before or name == "facewright":
-            del sys.modules[name]
-    if kept is not None:
-        sys.modules["facewright"] = kept
+def engine(engine_module: Callable[[str], ModuleType]) -> ModuleType:
+    """`engine/tracks.py`."""
+    return engine_module("tracks")
 
 
 def content() -> Content:
