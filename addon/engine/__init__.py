@@ -26,6 +26,7 @@ __all__ = [
     "reconstruct",
     "save_board",
     "save_calibration_picture",
+    "solve_motion",
     "track",
 ]
 
@@ -72,6 +73,22 @@ def track(
 ) -> Job[str]:
     """Start to track a face in image files; `camera` is the text of a camera.json, the result that of a tracks.json."""
     return _track(list(frames), assets=assets_folder(), camera=camera, method=method, points=points, window=window)
+
+
+def solve_motion(
+    tracks: str,
+    *,
+    camera: str | None,
+    interocular_mm: float | None,
+    lengths: Sequence[tuple[int, int, float]] = (),
+) -> Job[str]:
+    """Start to find the motion of a head from the text of a tracks.json; the result is the text of a motion.json.
+
+    `camera` is the text of a camera.json, `lengths` are distances that were measured: two tracks and millimetres.
+    """
+    from facewright import motion as _motion
+
+    return _motion(tracks, camera=camera, interocular_mm=interocular_mm, lengths=list(lengths))
 
 
 def calibrate(
