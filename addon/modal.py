@@ -1,4 +1,4 @@
-"""What operators have in common: work that goes on while the artist looks on, and files that are asked for."""
+"""What operators have in common: work that goes on while the artist looks on, files that are asked for, movie clips."""
 
 import textwrap
 import time
@@ -9,6 +9,7 @@ import bpy
 
 from .engine import Cancelled, FacewrightError
 from .jobs import POLL_SECONDS, Work, wait
+from .scene import face_tracks
 
 Result = set[str]
 
@@ -142,6 +143,20 @@ class FileOperator:
         return {"FINISHED"}
 
 
+class ClipOperator:
+    """Mix-in: the movie clip that an operator works on."""
+
+    clip: str
+
+    def movie_clip(self, context: bpy.types.Context) -> bpy.types.MovieClip:
+        """The clip that is named, or that of the editor."""
+        clip = bpy.data.movieclips.get(self.clip) if self.clip else clip_of(context)
+        if clip is None:
+            none = f"there is no movie clip {self.clip}" if self.clip else "no movie clip is shown"
+            raise FacewrightError(f"{none}: open it in the Clip editor")
+        return clip
+
+
 def redraw(context: bpy.types.Context) -> None:
     """Draw the side bars again."""
     for area in context.screen.areas if context.screen else []:
@@ -153,6 +168,31 @@ def idle(operator: type[bpy.types.Operator]) -> bool:
     """Whether nothing runs; tells the artist otherwise."""
     if Running.active:
         operator.poll_message_set("Facewright is at work: wait, or press Esc")
+        return False
+    return True
+
+
+def clip_of(context: bpy.types.Context) -> bpy.types.MovieClip | None:
+    """The clip that the Clip editor shows; elsewhere the scene's, or the only one."""
+    clips = bpy.data.movieclips
+    alone = clips[0] if len(clips) == 1 else None
+    return getattr(context, "edit_movieclip", None) or context.scene.active_clip or alone
+
+
+def has_clip(operator: type[bpy.types.Operator]) -> bool:
+    """Whether there is any clip; tells the artist otherwise."""
+    if not bpy.data.movieclips:
+        operator.poll_message_set("Open a movie clip first")
+        return False
+    return True
+
+
+def has_tracks(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
+    """Whether the clip shown, or where none is shown any, has tracks of a face; tells the artist otherwise."""
+    shown = getattr(context, "edit_movieclip", None)
+    clips = [shown] if shown is not None else bpy.data.movieclips
+    if not any(face_tracks.counts(clip) for clip in clips):
+        operator.poll_message_set("Track the face first")
         return False
     return True
 

@@ -7,6 +7,7 @@ from mathutils import Matrix
 from ..engine.calibration import Board, Calibration
 from . import camera as scene_camera
 from .axes import below_camera
+from .materials import plain
 
 COLLECTION = "facewright_calibration"
 CAMERA = "facewright_calibrated_camera"
@@ -131,7 +132,7 @@ def _mesh(scene: bpy.types.Scene, board: Board, number: int) -> bpy.types.Mesh:
         mesh = bpy.data.meshes.new(name)
         mesh[BOARD] = name
         for look, colour in COLOURS.items():
-            mesh.materials.append(_material(look, colour))
+            mesh.materials.append(plain(look, colour))
     x, y = (_lines(count, board.gap) * board.square for count in (board.columns, board.rows))
     corners = np.stack([*np.meshgrid(x, y), np.zeros((len(y), len(x)))], axis=-1).reshape(-1, 3)
     row, column = (k.ravel() for k in np.mgrid[: len(y) - 1, : len(x) - 1])
@@ -154,20 +155,6 @@ def _lines(count: int, gap: float | None) -> np.ndarray:
     else:
         lines = (np.arange(count)[:, None] * (1.0 + gap) + [0.0, 1.0]).ravel()
     return np.concatenate([[lines[0] - MARGIN], lines, [lines[-1] + MARGIN]])
-
-
-def _material(name: str, colour: tuple[float, float, float, float]) -> bpy.types.Material:
-    existing = bpy.data.materials.get(name)
-    if existing is not None:
-        return existing
-    made = bpy.data.materials.new(name)
-    if bpy.app.version < (5, 0):
-        made.use_nodes = True
-    made.diffuse_color = colour
-    shader = next(node for node in made.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
-    shader.inputs["Base Color"].default_value = colour
-    shader.inputs["Roughness"].default_value = 0.9
-    return made
 
 
 def _forget_unused() -> None:

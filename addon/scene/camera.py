@@ -64,6 +64,14 @@ def has_square_pixels(camera: Camera) -> bool:
     return abs(camera.fy / camera.fx - 1.0) < SQUARE
 
 
+def complaint(camera: Camera, clip: str, size: tuple[int, int]) -> str:
+    """What is wrong with a camera for a clip; empty if nothing."""
+    if (camera.width, camera.height) == size:
+        return ""
+    measured = f"{clip} is {size[0]} × {size[1]}, the camera was calibrated at {camera.width} × {camera.height}"
+    return f"{measured}: calibrate from pictures of the clip's size, or forget the camera"
+
+
 def set_clip_lens(clip: bpy.types.MovieClip, camera: Camera) -> None:
     """Give a movie clip the camera and its lens distortion, for tracking, undistortion and solving."""
     size = (clip.size[0], clip.size[1])

@@ -90,7 +90,7 @@ def anywhere() -> bool:
 def place(clip: bpy.types.MovieClip, tracks: Tracks, footage: Footage) -> Outcome:
     """Write tracks into a clip; those that an earlier run wrote are replaced."""
     check_local(clip)
-    numbers = clip_frames(tracks, footage)
+    numbers = footage.clip_frames([frame.name for frame in tracks.frames], tracks.size, "the tracks")
     if (np.diff(numbers) <= 0).any():
         order = np.argsort(numbers)
         tracks, numbers = tracks.of_frames([tracks.frames[k].name for k in order]), numbers[order]
@@ -114,20 +114,6 @@ def check_local(clip: bpy.types.MovieClip) -> None:
     """Refuse a clip that cannot be changed."""
     if clip.library is not None:
         raise FacewrightError(f"{clip.name} is linked from another file: make it local first")
-
-
-def clip_frames(tracks: Tracks, footage: Footage) -> NDArray[np.int64]:
-    """The clip's number of each frame of the tracks, by name or, with other names, by order."""
-    if tracks.size != footage.size:
-        (width, height), (w, h) = tracks.size, footage.size
-        raise FacewrightError(f"the tracks were made at {width} × {height}, {footage.clip} is {w} × {h}: another clip")
-    known = {frame.name: frame.clip_frame for frame in footage.frames}
-    if all(frame.name in known for frame in tracks.frames):
-        return np.array([known[frame.name] for frame in tracks.frames], np.int64)
-    if len(tracks.frames) != len(footage.frames):
-        counted = f"the tracks have {len(tracks.frames)} frames, {footage.clip} has {len(footage.frames)}"
-        raise FacewrightError(f"{counted} with other names: another clip")
-    return np.array([frame.clip_frame for frame in footage.frames], np.int64)
 
 
 def _rows(tracks: Tracks, numbers: NDArray[np.int64], footage: Footage) -> tuple[dict[str, Any], ...]:

@@ -5,10 +5,13 @@ A clip's own frames count from 1 and show the file from its frame offset on; the
 
 import os
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import bpy
+import numpy as np
+from numpy.typing import NDArray
 
 from ..engine import FacewrightError
 from . import video
@@ -44,6 +47,19 @@ class Footage:
         if not frames:
             raise FacewrightError(f"{self.clip} has nothing from frame {first} to {last}")
         return replace(self, frames=frames)
+
+    def clip_frames(self, names: Sequence[str], size: tuple[int, int], what: str) -> NDArray[np.int64]:
+        """The clip's numbers of named frames; of other names, by order. `what` has them: a plural, for complaints."""
+        if size != self.size:
+            (width, height), (w, h) = size, self.size
+            raise FacewrightError(f"{what} were made at {width} × {height}, {self.clip} is {w} × {h}: another clip")
+        known = {frame.name: frame.clip_frame for frame in self.frames}
+        if all(name in known for name in names):
+            return np.array([known[name] for name in names], np.int64)
+        if len(names) != len(self.frames):
+            counted = f"{what} have {len(names)} frames, {self.clip} has {len(self.frames)}"
+            raise FacewrightError(f"{counted} with other names: another clip")
+        return np.array([frame.clip_frame for frame in self.frames], np.int64)
 
 
 def of_clip(clip: bpy.types.MovieClip) -> Footage:
@@ -99,3 +115,8 @@ def shows(clip: bpy.types.MovieClip, path: str) -> bool:
 def clip_frame(clip: bpy.types.MovieClip, scene_frame: int) -> int:
     """The clip's frame that the timeline shows."""
     return scene_frame - clip.frame_start + 1
+
+
+def scene_frame(clip: bpy.types.MovieClip | None, clip_frame: int) -> int:
+    """The frame of the timeline that shows a frame of the clip."""
+    return clip_frame + (clip.frame_start if clip is not None else 1) - 1

@@ -74,3 +74,18 @@ def material(look: Look, picture: bpy.types.Image | None) -> bpy.types.Material:
         shader.inputs["Alpha"].default_value = look.colour[3]
         made.surface_render_method = "BLENDED"
     return made
+
+
+def plain(name: str, colour: tuple[float, float, float, float]) -> bpy.types.Material:
+    """The material of a name, rough and of one linear colour; one that exists stays as it is."""
+    existing = bpy.data.materials.get(name)
+    if existing is not None:
+        return existing
+    made = bpy.data.materials.new(name)
+    if bpy.app.version < (5, 0):
+        made.use_nodes = True
+    made.diffuse_color = colour
+    shader = next(node for node in made.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    shader.inputs["Base Color"].default_value = colour
+    shader.inputs["Roughness"].default_value = 0.9
+    return made

@@ -16,6 +16,11 @@ BY_HAND = "disabled by hand"
 
 def collect(clip: bpy.types.MovieClip) -> Tracks:
     """The tracks as they are in the clip now: edited, disabled, or added by the artist."""
+    return collect_named(clip)[0]
+
+
+def collect_named(clip: bpy.types.MovieClip) -> tuple[Tracks, dict[str, int]]:
+    """The tracks as they are in the clip now, and their numbers by their names in the Clip editor."""
     face, record = face_object(clip), track_record.load(clip)
     if face is None or record is None:
         raise FacewrightError(f"{clip.name} has no tracks of a face: track the face first")
@@ -23,16 +28,17 @@ def collect(clip: bpy.types.MovieClip) -> Tracks:
     tracks = Tracks(record.version, record.method, record.camera, record.window, frames, ())
     index = {row["clip_frame"]: k for k, row in enumerate(record.frames)}
     following = 1 + max((mark.id for mark in record.marks.values()), default=-1)
-    found = []
+    found, named = [], {}
     for track in face.tracks:
         mark = record.marks.get(track.name)
         read = _read(track, mark or _own(track, following), tracks.size, index)
         if read is not None:
             found.append(read)
+            named[track.name] = read.id
             following += mark is None
     if not found:
         raise FacewrightError(f"all markers of {face.name} in {clip.name} are disabled: track the face again")
-    return tracks.with_tracks(sorted(found, key=lambda track: track.id))
+    return tracks.with_tracks(sorted(found, key=lambda track: track.id)), named
 
 
 def _own(track: ClipTrack, number: int) -> Mark:

@@ -7,11 +7,11 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from ..engine import FacewrightError, Method, track
-from ..engine.calibration import Camera
 from ..engine.calibration import parse as parse_camera
 from ..engine.files import write_text
 from ..engine.tracks import parse, to_text
 from ..jobs import Work, watch
+from ..scene import camera as scene_camera
 from ..scene import face_tracks, footage, track_reading, video
 from ..scene.face_tracks import Outcome
 from ..scene.footage import Footage
@@ -50,20 +50,12 @@ def shown(clip: Any, scene: Any) -> Footage:
 def tracked(source: Footage, settings: Settings) -> Work[str]:
     """Decode the clip if it is a video, then track; the result is the text of a tracks.json."""
     if settings.camera:
-        complaint = camera_complaint(parse_camera(settings.camera).camera, source.clip, source.size)
+        complaint = scene_camera.complaint(parse_camera(settings.camera).camera, source.clip, source.size)
         if complaint:
             raise FacewrightError(complaint)
     if len(source.frames) < 2:
         raise FacewrightError(f"{source.clip} has one frame only: tracking needs two and more")
     return _tracked(source, settings)
-
-
-def camera_complaint(camera: Camera, clip: str, size: tuple[int, int]) -> str:
-    """What is wrong with a camera for a clip; empty if nothing."""
-    if (camera.width, camera.height) == size:
-        return ""
-    measured = f"{clip} is {size[0]} × {size[1]}, the camera was calibrated at {camera.width} × {camera.height}"
-    return f"{measured}: calibrate from pictures of the clip's size, or forget the camera"
 
 
 def camera_line(text: str, clip: Any) -> tuple[str, bool]:
@@ -74,7 +66,7 @@ def camera_line(text: str, clip: Any) -> tuple[str, bool]:
         return f"The camera cannot be used: {error}", True
     if camera is None:
         return "Not calibrated: the focal length is estimated", False
-    complaint = camera_complaint(camera, clip.name, (clip.size[0], clip.size[1]))
+    complaint = scene_camera.complaint(camera, clip.name, (clip.size[0], clip.size[1]))
     return complaint or f"Calibrated camera, focal {camera.fx:.1f} px", bool(complaint)
 
 
