@@ -1,4 +1,4 @@
-"""`blender -b --command facewright reconstruct …`, `… calibrate …` and `… track …`: the same work, from a shell."""
+"""`blender -b --command facewright reconstruct …`, and `calibrate`, `track`, `motion`: the same work, from a shell."""
 
 import argparse
 import sys
@@ -10,10 +10,14 @@ import bpy
 from .calibrate import actions as camera_actions
 from .engine import FacewrightError, check_folder
 from .jobs import wait
+from .motion import actions as motion_actions
 from .reconstruct import actions
 from .scene import footage
 from .scene import head as scene_head
 from .track import actions as track_actions
+
+# How a motion is shown.
+KINDS = {"camera": "CAMERA", "head": "HEAD", "cameras": "CAMERAS"}
 
 _handle: Any = None
 
@@ -35,6 +39,7 @@ def parser() -> argparse.ArgumentParser:
     reconstruct_arguments(commands.add_parser("reconstruct", help="reconstruct a head"))
     calibrate_arguments(commands.add_parser("calibrate", help="calibrate a camera from pictures of a printed board"))
     track_arguments(commands.add_parser("track", help="track points of a face through a clip"))
+    motion_arguments(commands.add_parser("motion", help="find how the camera moves about a tracked face"))
     return top
 
 
@@ -70,6 +75,32 @@ def track_arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--points", type=int, default=200, help="points wanted in a frame of reference (default: 200)")
     command.add_argument("--window", type=int, help="side of the pattern, pixels (default: fits the face)")
     command.add_argument("--frames", type=span, help="first and last frame, counted from 0: 480-660")
+
+
+def motion_arguments(command: argparse.ArgumentParser) -> None:
+    command.add_argument("clip", help="a video, a folder of numbered frames, or a frame of an image sequence")
+    command.add_argument("--tracks", help="tracks.json of the clip (default: the face is tracked first)")
+    command.add_argument("-o", "--output", default="motion.json", help="motion to write (default: motion.json)")
+    command.add_argument("--blend", help="save the scene with the clip, the camera and the points here")
+    command.add_argument("--camera", help="camera.json of a calibrated camera")
+    command.add_argument("--interocular-mm", type=float, help="distance between the pupils")
+    command.add_argument(
+        "--length",
+        type=length,
+        action="append",
+        default=[],
+        help="measured distance in mm between two tracks: 12-40=61.5; may be given again",
+    )
+    command.add_argument("--show", choices=list(KINDS), default="camera", help="what moves in the scene")
+
+
+def length(text: str) -> tuple[int, int, float]:
+    """`12-40=61.5` as two tracks and millimetres."""
+    tracks, _, size = text.partition("=")
+    try:
+        return *span(tracks), float(size)
+    except (argparse.ArgumentTypeError, ValueError) as error:
+        raise argparse.ArgumentTypeError("two tracks and millimetres like 12-40=61.5") from error
 
 
 def span(text: str) -> tuple[int, int]:
@@ -160,4 +191,29 @@ def track(wanted: argparse.Namespace) -> list[str]:
         bpy.data.movieclips.remove(clip)
 
 
-COMMANDS = {"reconstruct": reconstruct, "calibrate": calibrate, "track": track}
+def motion(wanted: argparse.Namespace) -> list[str]:
+    """What is to be said of a motion that was written."""
+    camera = camera_actions.read_camera(wanted.camera) if wanted.camera else None
+    check_folder(str(Path(wanted.output).resolve().parent))
+    clip, scene = footage.load(str(Path(wanted.clip).resolve())), bpy.context.scene
+    try:
+        if wanted.tracks:
+            track_actions.open_file(wanted.tracks, clip)
+        else:
+            settings = track_actions.Settings(camera=camera)
+            track_actions.place(clip, wait(track_actions.tracked(footage.of_clip(clip), settings)))
+        settings = motion_actions.Settings(camera, wanted.interocular_mm)
+        tracks = track_actions.read(clip)
+        text = wait(motion_actions.solved_text(tracks, settings, wanted.length))
+        lines = motion_actions.save_text(wanted.output, text)
+        if wanted.blend:
+            scene.facewright_motion.kind = KINDS[wanted.show]
+            motion_actions.place(scene, clip, text)
+            scene.active_clip = clip
+            bpy.ops.wm.save_as_mainfile(filepath=bpy.path.abspath(wanted.blend))
+        return lines
+    finally:
+        bpy.data.movieclips.remove(clip)
+
+
+COMMANDS = {"reconstruct": reconstruct, "calibrate": calibrate, "track": track, "motion": motion}

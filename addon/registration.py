@@ -25,6 +25,17 @@ from .calibrate.panel import (
     draw_clip_menu,
 )
 from .calibrate.properties import FacewrightBoardPicture, FacewrightCamera
+from .motion.operators import (
+    FACEWRIGHT_OT_length_from_selection,
+    FACEWRIGHT_OT_look_through,
+    FACEWRIGHT_OT_motion,
+    FACEWRIGHT_OT_open_motion,
+    FACEWRIGHT_OT_remove_motion,
+    FACEWRIGHT_OT_save_motion,
+)
+from .motion.panel import FACEWRIGHT_PT_clip_motion, FACEWRIGHT_PT_motion
+from .motion.panel import draw_clip_menu as draw_motion_menu
+from .motion.properties import FacewrightMotion
 from .reconstruct.operators import (
     FACEWRIGHT_OT_expression,
     FACEWRIGHT_OT_reconstruct,
@@ -56,6 +67,7 @@ CLASSES: tuple[type, ...] = (
     FacewrightCamera,
     FacewrightClip,
     FacewrightTrack,
+    FacewrightMotion,
     FACEWRIGHT_OT_calibrate,
     FACEWRIGHT_OT_open_camera,
     FACEWRIGHT_OT_forget_camera,
@@ -72,6 +84,12 @@ CLASSES: tuple[type, ...] = (
     FACEWRIGHT_OT_open_tracks,
     FACEWRIGHT_OT_save_tracks,
     FACEWRIGHT_OT_remove_tracks,
+    FACEWRIGHT_OT_motion,
+    FACEWRIGHT_OT_open_motion,
+    FACEWRIGHT_OT_save_motion,
+    FACEWRIGHT_OT_remove_motion,
+    FACEWRIGHT_OT_look_through,
+    FACEWRIGHT_OT_length_from_selection,
     FACEWRIGHT_UL_board_pictures,
     FACEWRIGHT_PT_camera,
     FACEWRIGHT_PT_board,
@@ -84,6 +102,8 @@ CLASSES: tuple[type, ...] = (
     FACEWRIGHT_PT_track,
     FACEWRIGHT_PT_track_advanced,
     FACEWRIGHT_PT_tracks,
+    FACEWRIGHT_PT_motion,
+    FACEWRIGHT_PT_clip_motion,
 )
 
 
@@ -93,9 +113,11 @@ def register() -> None:
     bpy.types.Scene.facewright_camera = bpy.props.PointerProperty(type=FacewrightCamera)
     bpy.types.Scene.facewright_clip = bpy.props.PointerProperty(type=FacewrightClip)
     bpy.types.Scene.facewright_track = bpy.props.PointerProperty(type=FacewrightTrack)
+    bpy.types.Scene.facewright_motion = bpy.props.PointerProperty(type=FacewrightMotion)
     bpy.types.VIEW3D_MT_mesh_add.append(draw_menu)
     bpy.types.CLIP_MT_clip.append(draw_clip_menu)
     bpy.types.CLIP_MT_clip.append(draw_track_menu)
+    bpy.types.CLIP_MT_clip.append(draw_motion_menu)
     following.register()
     cli.register()
 
@@ -103,9 +125,11 @@ def register() -> None:
 def unregister() -> None:
     cli.unregister()
     following.unregister()
+    bpy.types.CLIP_MT_clip.remove(draw_motion_menu)
     bpy.types.CLIP_MT_clip.remove(draw_track_menu)
     bpy.types.CLIP_MT_clip.remove(draw_clip_menu)
     bpy.types.VIEW3D_MT_mesh_add.remove(draw_menu)
+    del bpy.types.Scene.facewright_motion
     del bpy.types.Scene.facewright_track
     del bpy.types.Scene.facewright_clip
     del bpy.types.Scene.facewright_camera

@@ -110,6 +110,9 @@ class Layout:
     def prop(self, data: Any, name: str, **_more: Any) -> None:
         assert name in data.bl_rna.properties
 
+    def prop_search(self, data: Any, name: str, within: Any, collection: str, **_more: Any) -> None:
+        assert name in data.bl_rna.properties and collection in within.bl_rna.properties
+
     def operator(self, name: str, **_more: Any) -> SimpleNamespace:
         category, _, call = name.partition(".")
         assert getattr(bpy.ops, category) and hasattr(bpy.types, f"{category.upper()}_OT_{call}")
