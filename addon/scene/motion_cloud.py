@@ -19,7 +19,7 @@ DISPLAY = "facewright_motion_display"
 TITLE = "Face Points"
 MODIFIER = "Show Points"
 # Of a ball, metres.
-RADIUS = 0.0008
+RADIUS = 0.0012
 
 
 def cloud(scene: bpy.types.Scene) -> bpy.types.Object | None:

@@ -86,7 +86,7 @@ def test_looking_through_sets_camera_size_and_view(clip: bpy.types.MovieClip) ->
     scene.frame_set(12)
     scene.camera = None
     assert bpy.ops.facewright.look_through() == {"FINISHED"}
-    assert scene.camera.name == "Face Camera 0012"
+    assert scene.camera == bpy.data.objects["Face Camera 0012"]
     assert (scene.render.resolution_x, scene.render.resolution_y) == (400, 300)
     assert area.spaces.active.region_3d.view_perspective == "CAMERA"
     for eye in [obj for obj in scene.objects if obj.type == "CAMERA"]:
