@@ -14,7 +14,8 @@ def ensured(scene: bpy.types.Scene, camera: Camera, clip: bpy.types.MovieClip | 
     known = (o.data for o in scene.objects if o.type == "CAMERA" and o.data.get(LENS))
     lens = next(known, None) or _new()
     scene_camera.set_lens(lens, camera)
-    if clip is not None:
+    # The file of a clip may have gone or been changed for another since the motion was found.
+    if clip is not None and tuple(clip.size) == (camera.width, camera.height):
         _set_background(lens, clip, camera)
     return lens
 
@@ -41,7 +42,7 @@ def _set_background(lens: bpy.types.Camera, clip: bpy.types.MovieClip, camera: C
     mine.clip = clip
     if is_distorted(camera):
         scene_camera.set_clip_lens(clip, camera)
-        # Undistortion belongs to a proxy's settings in Blender, also at full size.
+        # Without proxies, Blender undistorts a clip as it is shown, at full size only.
         mine.clip_user.proxy_render_size, mine.clip_user.use_render_undistorted = "FULL", True
     else:
         mine.clip_user.use_render_undistorted = False

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from conftest import snapshot
 from moving import KINDS, keyed, posed, projected, saved, seen, show, solution
-from tracking import module
+from tracking import CLIP, module
 
 
 def data() -> dict[str, int]:
@@ -96,6 +96,17 @@ def test_a_clip_that_was_moved_takes_its_keys_along(clip: bpy.types.MovieClip) -
     clip.frame_start = 1001
     show(clip, solution())
     assert keyed(bpy.data.objects["Face Camera"])["location 0"][0][0] == 1001.0
+
+
+def test_without_its_clip_a_motion_is_still_shown(clip: bpy.types.MovieClip) -> None:
+    content = solution()
+    show(clip, content, key_turn=0.0)
+    clip.filepath = str(CLIP / "board/board_0.png")
+    bpy.context.scene.facewright_motion.kind = "HEAD"
+    assert np.abs(seen(10) - projected(content, 9)).max() < 0.01
+    bpy.data.movieclips.remove(clip)
+    bpy.context.scene.facewright_motion.kind = "CAMERAS"
+    assert np.abs(seen(10) - projected(content, 9)).max() < 0.01
 
 
 @pytest.mark.parametrize("kind", KINDS)
