@@ -43,6 +43,7 @@ class Track:
     """A point of the face in the frames in which it was found, ascending.
 
     `points` are (n, 2) pixels of the picture as filmed: x right, y down, centres at integers; `sigmas` (n,) pixels.
+    `place` is where it is on the landmarks' head, head frame, metres.
     """
 
     id: int
@@ -52,11 +53,16 @@ class Track:
     points: NDArray[np.float64]
     sigmas: NDArray[np.float64]
     gaps: tuple[Gap, ...] = ()
+    place: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Tracks:
-    """All of a tracks.json. `camera` is as in a camera.json, `window` the side of the tracker's, pixels."""
+    """All of a tracks.json.
+
+    `camera` is as in a camera.json, `window` the side of the tracker's, pixels, `interocular` the distance of the
+    pupils of the landmarks' head, metres.
+    """
 
     version: str
     method: str
@@ -64,6 +70,8 @@ class Tracks:
     window: int
     frames: tuple[Frame, ...]
     tracks: tuple[Track, ...]
+    interocular: float | None = None
+    warnings: tuple[str, ...] = ()
 
     @property
     def size(self) -> tuple[int, int]:
@@ -104,7 +112,15 @@ def parse(text: str) -> Tracks:
     window = need(content, "window", int)
     if window < 1:
         raise FacewrightError(f"its window is {window} pixels, which no tracker has")
-    return Tracks(version, method, camera, window, frames, tracks)
+    warnings = tuple(str(warning) for warning in content.get("warnings", []))
+    return Tracks(version, method, camera, window, frames, tracks, _length(content), warnings)
+
+
+def _length(content: dict[str, Any]) -> float | None:
+    interocular = content.get("interocular")
+    if interocular is not None and not (isinstance(interocular, float) and interocular > 0.0):
+        raise FacewrightError("the distance of its pupils is no length")
+    return interocular
 
 
 def _moved(track: Track, index: NDArray[np.int64]) -> Track | None:
@@ -146,12 +162,17 @@ def to_text(tracks: Tracks) -> str:
         "frames": [frame.__dict__ | {"points": int(n)} for frame, n in zip(tracks.frames, points)],
         "tracks": [_row(track) for track in tracks.tracks],
     }
+    if tracks.interocular is not None:
+        content["interocular"] = tracks.interocular
+    if tracks.warnings:
+        content["warnings"] = list(tracks.warnings)
     return json.dumps(content, ensure_ascii=False, separators=(",", ":")) + "\n"
 
 
 def _row(track: Track) -> dict[str, Any]:
     points, sigmas = np.round(track.points, DECIMALS).tolist(), np.round(track.sigmas, DECIMALS).tolist()
-    return {
+    place = {} if track.place is None else {"place": list(track.place)}
+    return place | {
         "id": track.id,
         "reference": track.reference,
         "region": track.region,
@@ -192,7 +213,17 @@ def _track(row: Any, number: int, count: int) -> Track:
     if reference not in frames:
         raise FacewrightError(f"{where} is not seen in its own reference frame {reference}")
     gaps = tuple(_gap(gap, where, frames, count) for gap in need(row, "gaps", list, where))
-    return Track(track_id, reference, region, frames, rows[:, 1:3], rows[:, 3], gaps)
+    return Track(track_id, reference, region, frames, rows[:, 1:3], rows[:, 3], gaps, _place(row, where))
+
+
+def _place(row: dict[str, Any], where: str) -> tuple[float, float, float] | None:
+    if row.get("place") is None:
+        return None
+    place = numbers([row["place"]], (1, 3))
+    if place is None:
+        raise FacewrightError(f"the place of {where} is no point")
+    x, y, z = place[0].tolist()
+    return x, y, z
 
 
 def _gap(row: Any, where: str, frames: NDArray[np.int64], count: int) -> Gap:

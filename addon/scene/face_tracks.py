@@ -104,7 +104,17 @@ def place(clip: bpy.types.MovieClip, tracks: Tracks, footage: Footage) -> Outcom
         written = _write(face, track, tracks, numbers, weight, clip.frame_duration)
         marks[written.name] = _mark(track, numbers, written)
     rows = _rows(tracks, numbers, footage)
-    new = Record(face.name, tracks.version, tracks.method, tracks.camera, tracks.window, rows, marks)
+    new = Record(
+        face.name,
+        tracks.version,
+        tracks.method,
+        tracks.camera,
+        tracks.window,
+        rows,
+        marks,
+        tracks.interocular,
+        tracks.warnings,
+    )
     track_record.store(clip, new)
     doubled = len(tracks.tracks) - len(fresh)
     return Outcome(len(fresh), len(kept.own), len(kept.locked), len(kept.edited), doubled, aside)
@@ -224,6 +234,7 @@ def _mark(track: Track, numbers: NDArray[np.int64], written: ClipTrack) -> Mark:
         gaps=gaps,
         weight=written.weight,
         fingerprint=markers.fingerprint(written),
+        place=track.place,
     )
 
 

@@ -25,7 +25,9 @@ def collect_named(clip: bpy.types.MovieClip) -> tuple[Tracks, dict[str, int]]:
     if face is None or record is None:
         raise FacewrightError(f"{clip.name} has no tracks of a face: track the face first")
     frames = tuple(Frame(row["name"], row["used"], row["reason"], row["cam_from_head"]) for row in record.frames)
-    tracks = Tracks(record.version, record.method, record.camera, record.window, frames, ())
+    tracks = Tracks(
+        record.version, record.method, record.camera, record.window, frames, (), record.interocular, record.warnings
+    )
     index = {row["clip_frame"]: k for k, row in enumerate(record.frames)}
     following = 1 + max((mark.id for mark in record.marks.values()), default=-1)
     found, named = [], {}
@@ -55,14 +57,16 @@ def _read(track: ClipTrack, mark: Mark, size: tuple[int, int], index: dict[int, 
     if not known.any() or track.weight <= 0.0:
         return None
     numbers = read.frames[known]
-    moved = read.keyed[known] & (numbers != mark.reference) & (markers.fingerprint(track) != mark.fingerprint)
+    edited = markers.fingerprint(track) != mark.fingerprint
+    moved = read.keyed[known] & (numbers != mark.reference) & edited
     sigmas = np.array([0.0 if hand else mark.sigma(n) for n, hand in zip(numbers.tolist(), moved)])
     sigmas = np.where(sigmas > 0.0, sigmas, HAND_SIGMA_PX) * _trust(mark, track)
     frames = np.array([index[n] for n in numbers.tolist()], np.int64)
     wanted = index.get(mark.reference, int(frames[0]))
     reference = int(frames[np.abs(frames - wanted).argmin()])
     gaps = _gaps(mark, set(numbers.tolist()), index)
-    return Track(mark.id, reference, mark.region, frames, read.points[known], sigmas, gaps)
+    place = None if edited else mark.place
+    return Track(mark.id, reference, mark.region, frames, read.points[known], sigmas, gaps, place)
 
 
 def _trust(mark: Mark, track: ClipTrack) -> float:

@@ -27,6 +27,7 @@ class Mark:
     gaps: tuple[Gap, ...]
     weight: float
     fingerprint: int
+    place: tuple[float, float, float] | None = None
 
     def sigma(self, frame: int) -> float:
         """Standard deviation in a frame, pixels; 0 where the track was not found."""
@@ -45,6 +46,8 @@ class Record:
     window: int
     frames: tuple[dict[str, Any], ...]
     marks: dict[str, Mark] = field(default_factory=dict)
+    interocular: float | None = None
+    warnings: tuple[str, ...] = ()
 
 
 def store(clip: bpy.types.MovieClip, record: Record) -> None:
@@ -69,11 +72,13 @@ def _parse(text: str) -> Record | None:
     try:
         content = json.loads(text)
         marks = {name: _mark(mark) for name, mark in content.pop("marks").items()}
-        return Record(**content | {"frames": tuple(content["frames"])}, marks=marks)
+        lists = {key: tuple(content[key]) for key in ("frames", "warnings") if key in content}
+        return Record(**content | lists, marks=marks)
     except (AttributeError, KeyError, TypeError, ValueError):
         return None
 
 
 def _mark(content: dict[str, Any]) -> Mark:
     gaps = tuple(Gap(**gap) for gap in content["gaps"])
-    return Mark(**content | {"gaps": gaps, "sigmas": tuple(content["sigmas"])})
+    lists = {key: tuple(content[key]) for key in ("sigmas", "place") if content.get(key) is not None}
+    return Mark(**content | lists | {"gaps": gaps})

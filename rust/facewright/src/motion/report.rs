@@ -4,7 +4,7 @@ use super::rigid::Judged;
 use super::scale::{by_landmarks, by_lengths};
 use super::{MotionOptions, Problem};
 use crate::clock::Clock;
-use crate::{CameraSource, FacewrightError, Region, SourcedCamera, Tracks};
+use crate::{CameraSource, FacewrightError, Method, Region, SourcedCamera, Tracks};
 use geometry::{Transform, Vec3};
 use motion::sequence::Sequence;
 use motion::triangulate::triangulate_robust;
@@ -84,6 +84,8 @@ pub struct Roughness {
 pub struct HeadMotion {
     /// Version of Facewright.
     pub version: String,
+    /// How it was solved.
+    pub method: Method,
     /// The camera, its focal length refined unless it was calibrated.
     pub camera: SourcedCamera,
     /// Standard deviation of a refined focal length, pixels.
@@ -137,6 +139,7 @@ pub(super) fn report(
     clock.lap("report");
     Ok(HeadMotion {
         version: env!("CARGO_PKG_VERSION").to_owned(),
+        method: Method::Default,
         warnings: warnings(tracks, &frames, problem, &motion, focal_sigma_px),
         roughness: roughness(&poses, &middle(&points)),
         camera: SourcedCamera { camera: motion.camera, source: problem.camera.source },
@@ -152,7 +155,8 @@ pub(super) fn report(
 fn points(tracks: &Tracks, problem: &Problem, motion: &Sequence, judged: &[Judged]) -> Vec<PointMotion> {
     let point = |(k, track): (usize, &crate::PointTrack)| {
         let fit = motion.report.points[k];
-        let rigid = motion.points[k].filter(|_| judged[k] == Judged::Rigid && fit.observations > 1);
+        let rigid = motion.points[k]
+            .filter(|_| judged[k] == Judged::Rigid && fit.observations > 1 && motion.report.point_sigma[k].is_finite());
         if let Some(position) = rigid {
             return Some(PointMotion {
                 id: track.id,
