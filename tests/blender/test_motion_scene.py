@@ -20,8 +20,7 @@ def test_points_are_seen_where_the_library_projects_them(clip: bpy.types.MovieCl
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_portraits_and_pixels_that_are_not_square_are_seen_right(clip: bpy.types.MovieClip, kind: str) -> None:
-    """The lens alone: the clip is the same."""
+def test_through_pixels_that_are_not_square_points_are_seen_right(clip: bpy.types.MovieClip, kind: str) -> None:
     content = solution(lens=False)
     content["camera"] |= {"fy": 610.0, "cx": 190.0, "cy": 160.0}
     show(clip, content, kind, key_turn=0.0)
