@@ -9,6 +9,7 @@ from facewright import Cancelled, FacewrightError, Job, Reconstruction
 from facewright import calibrate as _calibrate
 from facewright import check_folder as check_folder
 from facewright import generic_head as _generic_head
+from facewright import motion as _motion
 from facewright import reconstruct as _reconstruct
 from facewright import save_board as _save_board
 from facewright import save_calibration_picture as save_calibration_picture
@@ -86,8 +87,6 @@ def solve_motion(
 
     `camera` is the text of a camera.json, `lengths` are distances that were measured: two tracks and millimetres.
     """
-    from facewright import motion as _motion
-
     return _motion(tracks, camera=camera, interocular_mm=interocular_mm, lengths=list(lengths))
 
 

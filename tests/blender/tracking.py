@@ -30,7 +30,8 @@ def made_up(count: int = 12, names: list[str] | None = None, seed: int = 3, firs
     for k, frame in enumerate(frames):
         frame["points"] = sum(k in [row[0] for row in track["observations"]] for track in tracks)
     camera = TRUTH["camera"] | {"source": "board"}
-    return {"version": "0.1.0", "method": "default", "camera": camera, "window": 15, "frames": frames, "tracks": tracks}
+    head = {"version": "0.1.0", "method": "default", "camera": camera, "window": 15}
+    return head | {"frames": frames, "tracks": tracks, "interocular": 0.0627}
 
 
 def one_track(number: int, region: str, frames: int, rng: np.random.Generator) -> Text:
@@ -42,7 +43,9 @@ def one_track(number: int, region: str, frames: int, rng: np.random.Generator) -
     seen = [k for k in range(first, last + 1) if not gap <= k <= gap_end]
     rows = [[k, *points[k].tolist(), float(rng.uniform(0.05, 0.4))] for k in seen]
     gaps = [[gap, gap_end, "turned away"]] + ([[last + 1, frames - 1, "outside"]] if last + 1 < frames else [])
-    return {"id": number, "reference": seen[1], "region": region, "observations": rows, "gaps": gaps}
+    place = [round(float(v), 6) for v in rng.uniform(-0.08, 0.08, 3)]
+    head = {"id": number, "reference": seen[1], "region": region}
+    return head | {"observations": rows, "gaps": gaps, "place": place}
 
 
 def module(name: str) -> ModuleType:

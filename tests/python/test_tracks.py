@@ -34,7 +34,7 @@ def content() -> Content:
     rows = [[1, 10.25, 20.5, 0.1], [2, 11.0, 21.0, 0.2], [5, 12.0, 22.0, 0.15]]
     for frame, _, _, _ in rows:
         frames[frame]["points"] = 1
-    track = {"id": 4, "reference": 2, "region": "mouth", "observations": rows, "gaps": [[3, 4, "turned away"]]}
+    track = {"id": 4, "place": [0.01, -0.02, 0.09], "reference": 2, "region": "mouth", "observations": rows, "gaps": [[3, 4, "turned away"]]}
     camera = {"width": 640, "height": 480, "fx": 700.0, "fy": 700.0, "cx": 319.5, "cy": 239.5, "source": "exif"}
     return {
         "version": "0.1.0",
@@ -43,11 +43,21 @@ def content() -> Content:
         "window": 15,
         "frames": frames,
         "tracks": [track],
+        "interocular": 0.0627,
+        "warnings": ["2 frames show several faces: the largest one was followed"],
     }
 
 
 def test_what_is_read_is_written_again(engine: ModuleType) -> None:
     assert json.loads(engine.to_text(engine.parse(json.dumps(content())))) == content()
+
+
+def test_an_older_file_knows_no_places_and_no_pupils(engine: ModuleType) -> None:
+    older = content()
+    for key in ("interocular", "warnings"):
+        del older[key]
+    del older["tracks"][0]["place"]
+    assert json.loads(engine.to_text(engine.parse(json.dumps(older)))) == older
 
 
 def test_the_points_of_frames_are_counted(engine: ModuleType) -> None:
@@ -120,6 +130,8 @@ BROKEN: dict[str, tuple[Callable[[Content], None], str]] = {
     "a gap where it is seen": (track_with(gaps=[[2, 3, ""]]), "seen within its gap 2 to 3"),
     "a gap backwards": (track_with(gaps=[[4, 3, ""]]), "a gap outside"),
     "a gap without a reason": (track_with(gaps=[[3, 4]]), "not of the form first, last, reason"),
+    "a place in a plane": (track_with(place=[1.0, 2.0]), "the place of track 4 is no point"),
+    "no distance of the pupils": (lambda whole: whole.update(interocular=-0.06), "its pupils is no length"),
     "no window": (lambda whole: whole.pop("window"), "it has no window"),
     "a window of nothing": (lambda whole: whole.update(window=0), "its window is 0"),
 }
