@@ -1,0 +1,37 @@
+"""A filmed head's motion by the library itself: from a clip's pictures to the camera in the scene."""
+
+import json
+
+import bpy
+import numpy as np
+from tracking import TRUTH, module
+
+
+def test_a_clip_is_tracked_and_its_motion_solved(clip: bpy.types.MovieClip) -> None:
+    bpy.context.scene.facewright_camera.text = json.dumps(TRUTH["camera"] | {"source": "board"})
+    assert bpy.ops.facewright.track(clip=clip.name) == {"FINISHED"}
+    assert bpy.ops.facewright.motion(clip=clip.name) == {"FINISHED"}
+    motion = module("motion.actions").known(bpy.context.scene)
+    assert len(motion.posed) == len(TRUTH["frames"]) and motion.rms_px < 0.35 and len(motion.points) > 60
+    ours = np.array([motion.frames[k].cam_from_head for k in motion.posed])[:, :3, :3]
+    truth = np.array([frame["cam_from_head"] for frame in TRUTH["frames"]])[:, :3, :3]
+    # How far it turned since the middle of the film does not depend on the head's own frame but for its tilt.
+    turns = [np.einsum("kij,lj->kil", poses, poses[10]) for poses in (ours, truth)]
+    cosines = (np.einsum("kij,kij->k", *turns) - 1.0) / 2.0
+    assert np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0))).max() < 0.5
+    eye, face_points = bpy.data.objects["Face Camera"], bpy.data.objects["Face Points"]
+    assert bpy.context.scene.camera == eye and len(face_points.data.vertices) == len(motion.points)
+    assert eye.data.background_images[0].clip == clip
+
+
+def test_measured_pupils_reach_the_library_by_way_of_the_clip(clip: bpy.types.MovieClip) -> None:
+    scene = bpy.context.scene
+    assert bpy.ops.facewright.track(clip=clip.name) == {"FINISHED"}
+    depths = []
+    for measured in (57.0, 68.4):
+        scene.facewright_clip.use_interocular, scene.facewright_clip.interocular_mm = True, measured
+        assert bpy.ops.facewright.motion(clip=clip.name) == {"FINISHED"}
+        motion = module("motion.actions").known(scene)
+        assert f"given as {measured:.1f} mm" in motion.scale.source
+        depths.append(motion.frames[10].cam_from_head[2][3])
+    assert abs(depths[1] / depths[0] - 1.2) < 1e-6
