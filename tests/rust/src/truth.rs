@@ -1,5 +1,7 @@
 //! What is true of the film of `blend_fixtures/synthetic_person.blend`.
 
+#![expect(clippy::unwrap_used, reason = "the helpers of tests are tests too")]
+
 use crate::clip;
 use geometry::{Camera, Transform, Vec2, Vec3};
 use serde_json::Value;

@@ -149,7 +149,7 @@ fn of_two_faces_that_swap_sizes_the_first_is_followed() {
         .iter()
         .map(|frame| frame["cam_from_head"][0][3].as_f64().unwrap_or(f64::NAN))
         .collect();
-    assert!(poses.iter().all(|x| !(*x > 0.0)), "the person at the left is followed throughout: {poses:?}");
+    assert!(!poses.iter().any(|x| *x > 0.0), "the person at the left is followed throughout: {poses:?}");
     assert!(poses.iter().filter(|x| x.is_finite()).count() >= 19, "{poses:?}");
 }
 

@@ -1,6 +1,6 @@
 //! The motion of the filmed synthetic person from its tracks, and clips that have none.
 
-#![expect(clippy::unwrap_used, clippy::print_stderr, reason = "the helpers of tests are tests too")]
+#![expect(clippy::unwrap_used, reason = "the helpers of tests are tests too")]
 
 use end_to_end::truth::Truth;
 use end_to_end::{assets, clip};

@@ -8,8 +8,7 @@ use facewright::{
     Assets, CalibrateOptions, FrameSet, MatchOptions, Method, ReconstructOptions, Region, SourcedCamera,
     TrackClipOptions, Tracks, calibrate, match_pair, reconstruct, track,
 };
-use geometry::{Camera, Progress, Transform, Vec2, Vec3};
-use serde_json::Value;
+use geometry::{Progress, Vec2};
 use std::path::PathBuf;
 use std::sync::LazyLock;
 

@@ -154,5 +154,5 @@ fn point_priors(tracks: &Tracks, sigma: f64) -> Vec<PointPrior> {
 /// What is known of the focal length before anything moves; `None` for a calibrated one.
 fn focal_prior(camera: &SourcedCamera) -> Option<FocalPrior> {
     let relative = camera.source.focal_sigma();
-    (relative > 0.0).then(|| FocalPrior { focal_px: camera.camera.fx, sigma_px: relative * camera.camera.fx })
+    (relative > 0.0).then_some(FocalPrior { focal_px: camera.camera.fx, sigma_px: relative * camera.camera.fx })
 }

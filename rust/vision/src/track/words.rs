@@ -179,9 +179,9 @@ impl WordVectors for super::lanes::Plain {
 
     #[inline(always)]
     fn add_products(self, mut sums: Sums, a: Sixteen, b: Sixteen) -> Sums {
-        for k in 0..WORDS / 2 {
+        for (k, sum) in sums.iter_mut().enumerate() {
             let product = |k: usize| i32::from(a[k]) * i32::from(b[k]);
-            sums[k] += product(2 * k) + product(2 * k + 1);
+            *sum += product(2 * k) + product(2 * k + 1);
         }
         sums
     }

@@ -121,8 +121,8 @@ impl Cut {
     #[inline(always)]
     fn wide_strip(&self, index: usize) -> Strip {
         let (column, mut mask) = (index * WORDS, [0; WORDS]);
-        for k in 0..WORDS {
-            mask[k] = if column + k < self.side { -1 } else { 0 };
+        for (k, mask) in mask.iter_mut().enumerate() {
+            *mask = if column + k < self.side { -1 } else { 0 };
         }
         Strip { first: index * self.side, lines: self.side, column, masks: [mask, mask] }
     }
