@@ -80,5 +80,6 @@ def _parse(text: str) -> Record | None:
 
 def _mark(content: dict[str, Any]) -> Mark:
     gaps = tuple(Gap(**gap) for gap in content["gaps"])
-    lists = {key: tuple(content[key]) for key in ("sigmas", "place") if content.get(key) is not None}
-    return Mark(**content | lists | {"gaps": gaps})
+    place = content.get("place")
+    more: dict[str, Any] = {"gaps": gaps, "sigmas": tuple(content["sigmas"]), "place": place and tuple(place)}
+    return Mark(**content | more)

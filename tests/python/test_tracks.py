@@ -34,7 +34,8 @@ def content() -> Content:
     rows = [[1, 10.25, 20.5, 0.1], [2, 11.0, 21.0, 0.2], [5, 12.0, 22.0, 0.15]]
     for frame, _, _, _ in rows:
         frames[frame]["points"] = 1
-    track = {"id": 4, "place": [0.01, -0.02, 0.09], "reference": 2, "region": "mouth", "observations": rows, "gaps": [[3, 4, "turned away"]]}
+    track = {"id": 4, "reference": 2, "region": "mouth", "observations": rows, "gaps": [[3, 4, "turned away"]]}
+    track["place"] = [0.01, -0.02, 0.09]
     camera = {"width": 640, "height": 480, "fx": 700.0, "fy": 700.0, "cx": 319.5, "cy": 239.5, "source": "exif"}
     return {
         "version": "0.1.0",

@@ -10,8 +10,8 @@ import pycolmap
 from common import ENOUGH_S, ROUNDS, Run, write_runs
 
 LOSSES = {"squared": "TRIVIAL", "huber": "HUBER", "cauchy": "CAUCHY"}
-# The solver, and the part of the cost below which a decrease ends the descent: COLMAP's own choice with the usual tolerance
-# and with one at which the costs of all sides agree, and the solvers that may be faster.
+# The solver, and the part of the cost below which a decrease ends the descent: COLMAP's own choice with the usual
+# tolerance and with one at which the costs of all sides agree, and the solvers that may be faster.
 SETTINGS = {
     "auto": (None, 1e-6),
     "auto, tight": (None, 1e-12),
