@@ -97,6 +97,10 @@ fn every_frame_of_the_film_is_posed_and_the_points_lie_on_the_head() {
     assert!(motion.frames.iter().all(|frame| frame.used), "{said}");
     assert!(turn <= 0.3 && shift <= 0.005 && off <= 0.6 && motion.reprojection_rms_px <= 0.35, "{said}");
     assert_eq!(motion.focal_sigma_px, None);
+    let certain = |frame: &facewright::FrameMotion| {
+        frame.rotation_sigma_deg.is_some_and(|s| s > 0.005 && s < 0.3) && frame.translation_sigma_mm.is_some()
+    };
+    assert!(motion.frames.iter().all(certain), "{:?}", motion.frames);
 }
 
 #[test]

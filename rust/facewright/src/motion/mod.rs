@@ -11,6 +11,7 @@
 //! take part where they are still and are left out where they talk (`rigid`); what is rigid gives the motion; then the
 //! size (`scale`) and what is said of it (`report`).
 
+mod frames;
 mod refuse;
 mod report;
 mod rigid;

@@ -1,5 +1,6 @@
 //! What `motion.json` holds.
 
+use super::frames::frames;
 use super::rigid::Judged;
 use super::scale::{by_landmarks, by_lengths};
 use super::{MotionOptions, Problem};
@@ -106,8 +107,6 @@ pub struct HeadMotion {
     pub warnings: Vec<String>,
 }
 
-/// Fewer points than this make a pose doubtful.
-const FEW_POINTS: usize = 20;
 /// So many frames with the same reason are not named one by one.
 const NAMED: usize = 5;
 /// A focal length less certain than this is warned of, as part of it.
@@ -123,25 +122,28 @@ pub(super) fn report(
     mut clock: Clock,
 ) -> Result<HeadMotion, FacewrightError> {
     let mut points = points(tracks, problem, &motion, judged);
-    let mut poses: Vec<Option<Transform>> = motion.poses.iter().map(|pose| pose.as_ref().ok().copied()).collect();
+    let mut frames = frames(tracks, &motion, &middle(&points));
+    let poses: Vec<Option<Transform>> = frames.iter().map(|frame| frame.cam_from_head).collect();
     let size = if options.lengths.is_empty() {
         by_landmarks(tracks, &poses, &motion.camera, options.interocular)?
     } else {
         by_lengths(&points, &options.lengths)?
     };
-    poses.iter_mut().flatten().for_each(|pose| pose.translation *= size.factor);
+    for frame in &mut frames {
+        frame.cam_from_head.iter_mut().for_each(|pose| pose.translation *= size.factor);
+        frame.translation_sigma_mm.iter_mut().for_each(|sigma| *sigma *= size.factor);
+    }
     for point in &mut points {
         point.position = (point.position() * size.factor).into();
         point.sigma_mm *= size.factor;
     }
-    let frames = frames(tracks, &motion, &poses);
     let focal_sigma_px = motion.focal_sigma_px.take();
     clock.lap("report");
     Ok(HeadMotion {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         method: Method::Default,
         warnings: warnings(tracks, &frames, problem, &motion, focal_sigma_px),
-        roughness: roughness(&poses, &middle(&points)),
+        roughness: roughness(&frames, &middle(&points)),
         camera: SourcedCamera { camera: motion.camera, source: problem.camera.source },
         focal_sigma_px,
         frames,
@@ -201,45 +203,20 @@ fn moving(
     })
 }
 
-fn frames(tracks: &Tracks, motion: &Sequence, poses: &[Option<Transform>]) -> Vec<FrameMotion> {
-    let frame = |(k, tracked): (usize, &crate::FrameTracks)| {
-        let fit = motion.report.frames[k];
-        let reason = match &motion.poses[k] {
-            Ok(_) if fit.observations < FEW_POINTS => format!("only {} points", fit.observations),
-            Ok(_) => tracked.reason.clone(),
-            // What the tracker said of the frame says more than that it has no points.
-            Err(_) if !tracked.used => tracked.reason.clone(),
-            Err(error) => error.to_string(),
-        };
-        let pose = poses[k];
-        FrameMotion {
-            name: tracked.name.clone(),
-            used: pose.is_some(),
-            reason,
-            cam_from_head: pose,
-            rotation_sigma_deg: None,
-            translation_sigma_mm: None,
-            reprojection_rms_px: pose.map(|_| fit.rms_px),
-            points: if pose.is_some() { fit.observations } else { 0 },
-        }
-    };
-    tracks.frames.iter().enumerate().map(frame).collect()
-}
-
 /// The middle of the points that move with the head.
 fn middle(points: &[PointMotion]) -> Vec3 {
     let rigid: Vec<Vec3> = points.iter().filter(|p| !p.moves).map(PointMotion::position).collect();
     rigid.iter().sum::<Vec3>() / rigid.len().max(1) as f64
 }
 
-fn roughness(poses: &[Option<Transform>], middle: &Vec3) -> Roughness {
+fn roughness(frames: &[FrameMotion], middle: &Vec3) -> Roughness {
     let (mut turns, mut shifts) = (Vec::new(), Vec::new());
-    for three in poses.windows(3) {
-        let [Some(a), Some(b), Some(c)] = three else { continue };
+    for three in frames.windows(3) {
+        let [Some(a), Some(b), Some(c)] = [0, 1, 2].map(|k| three[k].cam_from_head) else { continue };
         let turn = |from: &Transform, to: &Transform| {
             UnitQuaternion::from_rotation_matrix(&(to.rotation * from.rotation.inverse())).scaled_axis()
         };
-        turns.push((turn(b, c) - turn(a, b)).norm().to_degrees());
+        turns.push((turn(&b, &c) - turn(&a, &b)).norm().to_degrees());
         shifts.push(1000.0 * (c.apply(middle) - 2.0 * b.apply(middle) + a.apply(middle)).norm());
     }
     let median = crate::select::median;

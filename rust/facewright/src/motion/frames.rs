@@ -1,0 +1,97 @@
+//! What is said of each frame: its pose and how certain that is, or why it has none.
+
+use super::report::FrameMotion;
+use crate::{FrameTracks, Tracks};
+use geometry::{Transform, Vec3, skew};
+use motion::bundle::Observation;
+use motion::sequence::Sequence;
+use nalgebra::{Matrix2x3, Matrix6, SMatrix};
+
+/// A frame in which fewer of the points that it shows agree with its pose has none: it is covered, blurred or grimaces.
+const LEAST_SHARE: f64 = 0.4;
+/// So is one in which fewer of them agree, and the landmarks contradict their pose …
+const DOUBTFUL_SHARE: f64 = 0.6;
+/// … by this more than usual, degrees.
+const CONTRADICTION_DEG: f64 = 15.0;
+/// Fewer points than this make a pose doubtful.
+const FEW_POINTS: usize = 20;
+
+/// Every frame; `middle` is that of the head's points.
+pub(super) fn frames(tracks: &Tracks, motion: &Sequence, middle: &Vec3) -> Vec<FrameMotion> {
+    let (mut shown, mut agree) = (vec![0_usize; tracks.frames.len()], vec![Vec::new(); tracks.frames.len()]);
+    for (track, _) in tracks.tracks.iter().zip(&motion.points).filter(|(_, point)| point.is_some()) {
+        track.observations.iter().for_each(|o| shown[o.0] += 1);
+    }
+    motion.observations.iter().for_each(|o| agree[o.frame].push(*o));
+    let off = off_landmarks_deg(tracks, motion);
+    let frame = |(k, tracked): (usize, &FrameTracks)| {
+        let pose = verdict(k, tracked, motion, [agree[k].len(), shown[k]], off[k]);
+        let (used, reason) = (pose.is_ok(), pose.as_ref().map_or_else(String::clone, |(_, reason)| reason.clone()));
+        let pose = pose.ok().map(|(pose, _)| pose);
+        let sigma = pose.and_then(|pose| deviations(&pose, motion, &agree[k], middle));
+        FrameMotion {
+            name: tracked.name.clone(),
+            used,
+            reason,
+            cam_from_head: pose,
+            rotation_sigma_deg: sigma.map(|(turn, _)| turn.to_degrees()),
+            translation_sigma_mm: sigma.map(|(_, shift)| 1000.0 * shift),
+            reprojection_rms_px: pose.map(|_| motion.report.frames[k].rms_px),
+            points: if used { agree[k].len() } else { 0 },
+        }
+    };
+    tracks.frames.iter().enumerate().map(frame).collect()
+}
+
+/// How far each pose is from the landmarks' beyond what is usual in the film, degrees; 0 where either is missing.
+fn off_landmarks_deg(tracks: &Tracks, motion: &Sequence) -> Vec<f64> {
+    let angle = |(frame, pose): (&FrameTracks, &Result<Transform, _>)| {
+        Some(frame.cam_from_head?.angle_to(pose.as_ref().ok()?).to_degrees())
+    };
+    let angles: Vec<Option<f64>> = tracks.frames.iter().zip(&motion.poses).map(angle).collect();
+    let usual = crate::select::median(angles.iter().flatten().copied());
+    angles.into_iter().map(|angle| angle.map_or(0.0, |angle| angle - usual)).collect()
+}
+
+/// The pose and what it rests on, or why there is none; `agree` of the points that the frame has shown do.
+fn verdict(
+    frame: usize,
+    tracked: &FrameTracks,
+    motion: &Sequence,
+    [agree, shown]: [usize; 2],
+    off_deg: f64,
+) -> Result<(Transform, String), String> {
+    match &motion.poses[frame] {
+        Ok(_) if off_deg > CONTRADICTION_DEG && (agree as f64) < DOUBTFUL_SHARE * shown as f64 => {
+            Err(format!("points and landmarks contradict each other by {off_deg:.0}°: the face is covered or grimaces"))
+        }
+        Ok(_) if (agree as f64) < LEAST_SHARE * shown as f64 => {
+            Err(format!("only {agree} of {shown} points agree: the face is covered, blurred or grimaces"))
+        }
+        Ok(pose) if agree < FEW_POINTS => Ok((*pose, format!("only {agree} points"))),
+        Ok(pose) => Ok((*pose, tracked.reason.clone())),
+        // What the tracker said of the frame says more than that it has no points.
+        Err(_) if !tracked.used => Err(tracked.reason.clone()),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+/// Standard deviations of a frame's rotation about the head's middle, radians, and of that middle's position, metres, each
+/// the root of the sum over the axes: by the noise that the frame's own points show, the points being where they are.
+fn deviations(pose: &Transform, motion: &Sequence, agree: &[Observation], middle: &Vec3) -> Option<(f64, f64)> {
+    let (mut information, mut chi2) = (Matrix6::zeros(), 0.0);
+    for o in agree {
+        let arm = pose.rotation * (motion.points[o.point]? - middle);
+        let (pixel, jacobian) = motion.camera.project_with_jacobian(&(pose.apply(middle) + arm))?;
+        let by_shift: Matrix2x3<f64> = jacobian.point / o.sigma_px;
+        let mut by_pose = SMatrix::<f64, 2, 6>::zeros();
+        by_pose.fixed_columns_mut::<3>(0).copy_from(&(-by_shift * skew(&arm)));
+        by_pose.fixed_columns_mut::<3>(3).copy_from(&by_shift);
+        information += by_pose.transpose() * by_pose;
+        chi2 += (pixel - o.pixel).norm_squared() / (o.sigma_px * o.sigma_px);
+    }
+    let freedom = (2.0 * agree.len() as f64 - 6.0).max(1.0);
+    let covariance = information.try_inverse()? * (chi2 / freedom).max(1.0);
+    let spread = |first: usize| (first..first + 3).map(|k| covariance[(k, k)]).sum::<f64>().sqrt();
+    Some((spread(0), spread(3))).filter(|(turn, shift)| turn.is_finite() && shift.is_finite())
+}
