@@ -9,10 +9,10 @@ use nalgebra::{Matrix2x3, Matrix6, SMatrix};
 
 /// A frame in which fewer of the points that it shows agree with its pose has none: it is covered, blurred or grimaces.
 const LEAST_SHARE: f64 = 0.4;
-/// So is one in which fewer of them agree, and the landmarks contradict their pose …
-const DOUBTFUL_SHARE: f64 = 0.6;
-/// … by this more than usual, degrees.
+/// So is one whose pose the landmarks contradict by this more than usual, degrees …
 const CONTRADICTION_DEG: f64 = 15.0;
+/// … unless so many of its points, and so large a part of them, say otherwise.
+const CLEAR_MAJORITY: (usize, f64) = (40, 0.8);
 /// Fewer points than this make a pose doubtful.
 const FEW_POINTS: usize = 20;
 
@@ -61,8 +61,9 @@ fn verdict(
     [agree, shown]: [usize; 2],
     off_deg: f64,
 ) -> Result<(Transform, String), String> {
+    let is_clear = agree >= CLEAR_MAJORITY.0 && agree as f64 >= CLEAR_MAJORITY.1 * shown as f64;
     match &motion.poses[frame] {
-        Ok(_) if off_deg > CONTRADICTION_DEG && (agree as f64) < DOUBTFUL_SHARE * shown as f64 => {
+        Ok(_) if off_deg > CONTRADICTION_DEG && !is_clear => {
             Err(format!("points and landmarks contradict each other by {off_deg:.0}°: the face is covered or grimaces"))
         }
         Ok(_) if (agree as f64) < LEAST_SHARE * shown as f64 => {
