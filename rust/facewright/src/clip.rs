@@ -2,17 +2,13 @@
 
 use crate::faces::{Faces, TrackedSkin};
 use crate::observe::Observation;
-use crate::select::{SelectOptions, select};
+use crate::select::{SelectOptions, check_turn, select, tally};
 use crate::{Assets, FacewrightError, FrameSet, SourcedCamera};
 use geometry::{Progress, Transform};
 use head::fit::{FrameObservation, LandmarkFit};
 use image::RgbImage;
 use rayon::prelude::*;
-use std::collections::BTreeMap;
 use vision::landmarks::Face;
-
-/// Turned by less than this, a head shows no depth, degrees.
-const LEAST_TURN_DEG: f64 = 6.0;
 
 /// A frame from which shape and texture are taken.
 pub struct ChosenFrame {
@@ -74,21 +70,15 @@ impl Clip {
 fn check_enough(verdicts: &[Result<String, String>], fit: &LandmarkFit) -> Result<(), FacewrightError> {
     let used: Vec<usize> = (0..verdicts.len()).filter(|&i| verdicts[i].is_ok()).collect();
     let poses: Vec<Transform> = used.iter().filter_map(|&i| fit.frames[i].as_ref().map(|f| f.pose)).collect();
-    let turn = poses.iter().flat_map(|a| poses.iter().map(|b| a.angle_to(b))).fold(0.0, f64::max).to_degrees();
     if used.len() < 2 {
         let all: Vec<Transform> = fit.frames.iter().flatten().map(|f| f.pose).collect();
-        let whole = all.iter().flat_map(|a| all.iter().map(|b| a.angle_to(b))).fold(0.0, f64::max).to_degrees();
-        if all.len() > 1 && whole < LEAST_TURN_DEG {
-            return Err(FacewrightError::NoRotation { degrees: whole });
+        if all.len() > 1 {
+            check_turn(&all)?;
         }
-        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-        for reason in verdicts.iter().filter_map(|v| v.as_ref().err()) {
-            *counts.entry(reason.split([':', '(']).next().unwrap_or(reason).trim()).or_default() += 1;
-        }
-        let reasons = counts.iter().map(|(reason, n)| format!("{n} {reason}")).collect::<Vec<_>>().join(", ");
+        let reasons = tally(verdicts.iter().filter_map(|v| v.as_ref().err()).map(String::as_str));
         return Err(FacewrightError::TooFewUsable { usable: used.len(), frames: verdicts.len(), reasons });
     }
-    if turn < LEAST_TURN_DEG { Err(FacewrightError::NoRotation { degrees: turn }) } else { Ok(()) }
+    check_turn(&poses)
 }
 
 fn load_chosen(

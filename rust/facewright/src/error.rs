@@ -155,6 +155,15 @@ pub enum FacewrightError {
         /// What is wrong with them.
         reason: String,
     },
+    /// A measured length between points that are not fixed.
+    #[error("point {id} has no fixed place on the head: measure between two points that the motion shows as fixed")]
+    Length {
+        /// Number of the point's track.
+        id: usize,
+    },
+    /// Tracks without the distance of the pupils.
+    #[error("these tracks do not say how far apart the pupils are: track again, or give a length between two points")]
+    NoPupils,
     /// No frame of the clip has the name.
     #[error("there is no frame {name} with a face in the clip: the frames are named {first} to {last}")]
     NoSuchFrame {

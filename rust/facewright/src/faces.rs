@@ -85,6 +85,14 @@ impl Faces {
     }
 }
 
+/// Refuses a distance between the pupils, metres, that no person has.
+pub fn check_interocular(interocular: Option<f64>) -> Result<(), FacewrightError> {
+    if interocular.is_some_and(|metres| !(0.04..=0.09).contains(&metres)) {
+        return Err(FacewrightError::Option { name: "the distance between the eyes", expected: "40 to 90 mm" });
+    }
+    Ok(())
+}
+
 /// How the head's size is known.
 pub fn head_size(interocular: Option<f64>) -> HeadSize {
     interocular.map_or(HeadSize::Usual, HeadSize::Pupils)

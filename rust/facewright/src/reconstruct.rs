@@ -3,6 +3,7 @@
 use crate::camera::starting_camera;
 use crate::clip::Clip;
 use crate::clock::Clock;
+use crate::faces::check_interocular;
 use crate::shape::{Shape, measure_shape};
 use crate::skin::make_skin;
 use crate::{
@@ -40,9 +41,7 @@ impl ReconstructOptions {
         if !(64..=8192).contains(&self.texture_size) {
             return Err(FacewrightError::Option { name: "the texture size", expected: "64 to 8192 pixels" });
         }
-        if self.interocular.is_some_and(|m| !(0.04..=0.09).contains(&m)) {
-            return Err(FacewrightError::Option { name: "the distance between the eyes", expected: "40 to 90 mm" });
-        }
+        check_interocular(self.interocular)?;
         if self.tracks.is_some() && self.method == Method::Paper {
             return Err(FacewrightError::Option { name: "the method", expected: "default where tracks are given" });
         }

@@ -1,5 +1,6 @@
-//! Which frames shape and texture are taken from, and why not from the others.
+//! Which frames shape and texture are taken from, and why not from the others; clips that show no depth.
 
+use crate::FacewrightError;
 use geometry::Transform;
 use std::collections::BTreeMap;
 
@@ -127,6 +128,36 @@ fn judge(c: &Candidate, sharpness: f64, rms: f64, options: &SelectOptions) -> Re
         return Err(format!("expression too strong ({:.2})", c.expression));
     }
     Ok(relative.min(1.5) - c.expression - c.blink - 0.3 * c.rms_px / rms.max(f64::MIN_POSITIVE))
+}
+
+/// Turned by less than this, a head shows no depth, degrees.
+const LEAST_TURN_DEG: f64 = 6.0;
+/// A head that turns so little while it comes nearer, or seems to, by this factor is zoomed at, or walks.
+const ZOOM: f64 = 1.15;
+
+/// Refuses poses that show no depth: the head neither turns, nor does a zoom help.
+pub fn check_turn(poses: &[Transform]) -> Result<(), FacewrightError> {
+    let pairs = poses.iter().enumerate().flat_map(|(k, a)| poses[k + 1..].iter().map(|b| a.angle_to(b)));
+    let degrees = pairs.fold(0.0, f64::max).to_degrees();
+    if degrees >= LEAST_TURN_DEG {
+        return Ok(());
+    }
+    let depths = poses.iter().map(|pose| pose.translation.z);
+    let (near, far) = depths.fold((f64::MAX, f64::MIN), |(near, far), z| (near.min(z), far.max(z)));
+    if far > ZOOM * near {
+        Err(FacewrightError::OnlyZoom { growth: far / near, degrees })
+    } else {
+        Err(FacewrightError::NoRotation { degrees })
+    }
+}
+
+/// How often each reason occurs, without what differs from frame to frame: `3 blurred, 2 eyes closed`.
+pub fn tally<'a>(reasons: impl Iterator<Item = &'a str>) -> String {
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for reason in reasons {
+        *counts.entry(reason.split([':', '(']).next().unwrap_or(reason).trim()).or_default() += 1;
+    }
+    counts.iter().map(|(reason, n)| format!("{n} {reason}")).collect::<Vec<_>>().join(", ")
 }
 
 /// Middle value; 0 for none.

@@ -1,6 +1,7 @@
 //! What is said of each frame: its pose and how certain that is, or why it has none.
 
 use super::report::FrameMotion;
+use crate::select::median;
 use crate::{FrameTracks, Tracks};
 use geometry::{Transform, Vec3, skew};
 use motion::bundle::Observation;
@@ -49,7 +50,7 @@ fn off_landmarks_deg(tracks: &Tracks, motion: &Sequence) -> Vec<f64> {
         Some(frame.cam_from_head?.angle_to(pose.as_ref().ok()?).to_degrees())
     };
     let angles: Vec<Option<f64>> = tracks.frames.iter().zip(&motion.poses).map(angle).collect();
-    let usual = crate::select::median(angles.iter().flatten().copied());
+    let usual = median(angles.iter().flatten().copied());
     angles.into_iter().map(|angle| angle.map_or(0.0, |angle| angle - usual)).collect()
 }
 

@@ -12,17 +12,17 @@
 //! size (`scale`) and what is said of it (`report`).
 
 mod frames;
-mod refuse;
 mod report;
 mod rigid;
 mod scale;
 
 use crate::clock::Clock;
+use crate::faces::check_interocular;
+use crate::select::check_turn;
 use crate::{CameraSource, FacewrightError, Region, SourcedCamera, Tracks};
 use geometry::{Camera, Progress, Transform};
 use motion::bundle::{FocalPrior, PointPrior};
 use motion::sequence::{PointTrack, Sequence, SequenceOptions, Sighting, reconstruct_sequence};
-use refuse::refuse;
 pub use report::{FrameMotion, HeadMotion, MotionScale, PointMotion, Roughness};
 use rigid::{Judged, judge};
 pub use scale::KnownLength;
@@ -64,8 +64,12 @@ impl Default for MotionOptions {
 /// Solves for the poses of all frames and the places of all points.
 ///
 /// # Errors
-/// [`FacewrightError::NoRotation`] if the head hardly turns; others of [`motion::MotionError`] where tracks and poses do
-/// not fit together; [`FacewrightError::OtherCamera`] if the camera is of another size; [`FacewrightError::Cancelled`].
+/// - [`FacewrightError::NoFace`], [`FacewrightError::OneFrame`], [`FacewrightError::NoRotation`],
+///   [`FacewrightError::OnlyZoom`]: the film shows no depth.
+/// - [`FacewrightError::OtherCamera`], [`FacewrightError::Option`], [`FacewrightError::Length`],
+///   [`FacewrightError::NoPupils`]: what was given beside the tracks does not fit.
+/// - [`FacewrightError::TooFewUsable`], [`motion::MotionError`]: tracks and poses do not fit together.
+/// - [`FacewrightError::Cancelled`].
 pub fn solve_motion(
     tracks: &Tracks,
     options: &MotionOptions,
@@ -73,7 +77,7 @@ pub fn solve_motion(
 ) -> Result<HeadMotion, FacewrightError> {
     let mut clock = Clock::start();
     let camera = camera(tracks, options)?;
-    refuse(tracks)?;
+    check(tracks, options)?;
     let problem = Problem::new(tracks, camera, options);
     let skin: Vec<bool> = tracks.tracks.iter().map(|track| track.region == Region::Skin).collect();
     let poses: Vec<Option<Transform>> = tracks.frames.iter().map(|frame| frame.cam_from_head).collect();
@@ -85,6 +89,17 @@ pub fn solve_motion(
     let last = problem.solve(&rigid, &first.camera, &poses, progress)?;
     clock.lap("motion");
     report::report(tracks, &problem, last, &judged, options, clock)
+}
+
+/// Refuses what cannot be solved before anything is.
+fn check(tracks: &Tracks, options: &MotionOptions) -> Result<(), FacewrightError> {
+    check_interocular(options.interocular)?;
+    let poses: Vec<Transform> = tracks.frames.iter().filter_map(|frame| frame.cam_from_head).collect();
+    match poses.len() {
+        0 => Err(FacewrightError::NoFace { frames: tracks.frames.len() }),
+        1 => Err(FacewrightError::OneFrame),
+        _ => check_turn(&poses),
+    }
 }
 
 /// The camera to start with.
@@ -152,8 +167,14 @@ fn point_priors(tracks: &Tracks, sigma: f64) -> Vec<PointPrior> {
     placed.map(|(k, place)| PointPrior::near(k, place.into(), sigma)).collect()
 }
 
+/// How far landmarks alone may be off a focal length that nothing else tells, as part of it.
+const LANDMARKS_FOCAL_SIGMA: f64 = 0.4;
+
 /// What is known of the focal length before anything moves; `None` for a calibrated one.
 fn focal_prior(camera: &SourcedCamera) -> Option<FocalPrior> {
-    let relative = camera.source.focal_sigma();
+    let relative = match camera.source {
+        CameraSource::Estimated => LANDMARKS_FOCAL_SIGMA,
+        source => source.focal_sigma(),
+    };
     (relative > 0.0).then_some(FocalPrior { focal_px: camera.camera.fx, sigma_px: relative * camera.camera.fx })
 }

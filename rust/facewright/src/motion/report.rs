@@ -1,14 +1,14 @@
 //! What `motion.json` holds.
 
 use super::frames::frames;
-use super::rigid::Judged;
+use super::rigid::{Judged, place};
 use super::scale::{by_landmarks, by_lengths};
 use super::{MotionOptions, Problem};
 use crate::clock::Clock;
+use crate::select::{median, tally};
 use crate::{CameraSource, FacewrightError, Method, Region, SourcedCamera, Tracks};
 use geometry::{Transform, Vec3};
 use motion::sequence::Sequence;
-use motion::triangulate::triangulate_robust;
 use nalgebra::UnitQuaternion;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -107,8 +107,10 @@ pub struct HeadMotion {
     pub warnings: Vec<String>,
 }
 
-/// So many frames with the same reason are not named one by one.
+/// More frames with the same reason than this are not named one by one.
 const NAMED: usize = 5;
+/// Least part of the frames with points that a motion must explain.
+const LEAST_USED: f64 = 0.2;
 /// A focal length less certain than this is warned of, as part of it.
 const VAGUE_FOCAL: f64 = 0.1;
 
@@ -123,6 +125,7 @@ pub(super) fn report(
 ) -> Result<HeadMotion, FacewrightError> {
     let mut points = points(tracks, problem, &motion, judged);
     let mut frames = frames(tracks, &motion, &middle(&points));
+    check_enough(tracks, &frames)?;
     let poses: Vec<Option<Transform>> = frames.iter().map(|frame| frame.cam_from_head).collect();
     let size = if options.lengths.is_empty() {
         by_landmarks(tracks, &poses, &motion.camera, options.interocular)?
@@ -154,6 +157,19 @@ pub(super) fn report(
     })
 }
 
+/// Refuses a motion that explains hardly any frame: a few wrong tracks always agree by chance.
+fn check_enough(tracks: &Tracks, frames: &[FrameMotion]) -> Result<(), FacewrightError> {
+    let mut shows_points = vec![false; frames.len()];
+    tracks.tracks.iter().flat_map(|track| &track.observations).for_each(|o| shows_points[o.0] = true);
+    let tracked = shows_points.iter().filter(|shows| **shows).count();
+    let usable = frames.iter().filter(|frame| frame.used).count();
+    if usable >= 2 && usable as f64 >= LEAST_USED * tracked as f64 {
+        return Ok(());
+    }
+    let reasons = tally(frames.iter().filter(|frame| !frame.used).map(|frame| frame.reason.as_str()));
+    Err(FacewrightError::TooFewUsable { usable, frames: frames.len(), reasons })
+}
+
 fn points(tracks: &Tracks, problem: &Problem, motion: &Sequence, judged: &[Judged]) -> Vec<PointMotion> {
     let point = |(k, track): (usize, &crate::PointTrack)| {
         let fit = motion.report.points[k];
@@ -170,7 +186,9 @@ fn points(tracks: &Tracks, problem: &Problem, motion: &Sequence, judged: &[Judge
                 moves: false,
             });
         }
-        (judged[k] == Judged::Moves).then(|| moving(track, &problem.tracks[k], motion, problem)).flatten()
+        (judged[k] == Judged::Moves)
+            .then(|| moving(track, &problem.tracks[k], motion, problem.options.threshold_px))
+            .flatten()
     };
     tracks.tracks.iter().enumerate().filter_map(point).collect()
 }
@@ -180,23 +198,16 @@ fn moving(
     track: &crate::PointTrack,
     seen: &motion::sequence::PointTrack,
     motion: &Sequence,
-    problem: &Problem,
+    threshold_px: f64,
 ) -> Option<PointMotion> {
-    let camera = &motion.camera;
-    let seen: Vec<_> =
-        seen.observations.iter().filter_map(|o| Some((*motion.poses[o.frame].as_ref().ok()?, o.pixel))).collect();
-    let rays: Vec<_> = seen.iter().map(|(pose, pixel)| (*pose, camera.normalise(pixel))).collect();
-    let (found, near) = triangulate_robust(&rays, problem.options.threshold_px / camera.fx)?;
-    let distances =
-        seen.iter().filter_map(|(pose, pixel)| Some((camera.project(&pose.apply(&found.point))? - pixel).norm()));
-    let squares: Vec<f64> = distances.map(|d| d * d).collect();
-    let rms = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
-    let depth = seen.first().map_or(0.0, |(pose, _)| pose.apply(&found.point).z);
-    Some(PointMotion {
+    let placed = place(seen, motion, threshold_px)?;
+    let rms = (placed.distances.iter().map(|d| d * d).sum::<f64>() / placed.distances.len() as f64).sqrt();
+    let before_all_cameras = rms.is_finite();
+    before_all_cameras.then(|| PointMotion {
         id: track.id,
-        position: found.point.into(),
-        sigma_mm: 1000.0 * rms * depth / camera.fx,
-        frames: near.iter().filter(|near| **near).count(),
+        position: placed.point.into(),
+        sigma_mm: 1000.0 * rms * placed.depth / motion.camera.fx,
+        frames: placed.near,
         reprojection_rms_px: rms,
         region: track.region,
         moves: true,
@@ -219,7 +230,6 @@ fn roughness(frames: &[FrameMotion], middle: &Vec3) -> Roughness {
         turns.push((turn(&b, &c) - turn(&a, &b)).norm().to_degrees());
         shifts.push(1000.0 * (c.apply(middle) - 2.0 * b.apply(middle) + a.apply(middle)).norm());
     }
-    let median = crate::select::median;
     Roughness { rotation_deg: median(turns.into_iter()), translation_mm: median(shifts.into_iter()) }
 }
 
@@ -231,22 +241,14 @@ fn warnings(
     focal_sigma_px: Option<f64>,
 ) -> Vec<String> {
     let mut warnings = tracks.warnings.clone();
-    let mut reasons: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
-    for frame in frames.iter().filter(|frame| !frame.used) {
-        reasons.entry(&frame.reason).or_default().push(&frame.name);
-    }
-    for (reason, names) in reasons {
-        let which = if names.len() > NAMED { format!("{} frames", names.len()) } else { names.join(", ") };
-        warnings.push(format!("{which} without a pose: {reason}"));
-    }
+    warnings.extend(without_pose(frames));
     if problem.camera.source != CameraSource::Board {
         let focal = motion.camera.fx;
-        match focal_sigma_px {
-            Some(sigma) if sigma > VAGUE_FOCAL * focal => warnings.push(format!(
+        if let Some(sigma) = focal_sigma_px.filter(|sigma| *sigma > VAGUE_FOCAL * focal) {
+            warnings.push(format!(
                 "the focal length, {focal:.0} ± {sigma:.0} px, is poorly determined and the head's depth with it: \
                  turn further, come nearer, or calibrate with a board"
-            )),
-            _ => {}
+            ));
         }
     }
     if !motion.anchored {
@@ -254,4 +256,21 @@ fn warnings(
             .push("the tracks contradict the landmarks' poses: the head's own directions and size are guessed".into());
     }
     warnings
+}
+
+/// Frames without a pose, those together whose reasons differ by numbers only.
+fn without_pose(frames: &[FrameMotion]) -> Vec<String> {
+    let mut alike: BTreeMap<String, Vec<&FrameMotion>> = BTreeMap::new();
+    for frame in frames.iter().filter(|frame| !frame.used) {
+        alike.entry(frame.reason.replace(|c: char| c.is_ascii_digit(), "")).or_default().push(frame);
+    }
+    let told = |frames: &Vec<&FrameMotion>| {
+        let names: Vec<&str> = frames.iter().map(|frame| frame.name.as_str()).collect();
+        let which = match names.len() {
+            1..=NAMED => names.join(", "),
+            count => format!("{count} frames, {} among them,", names[0]),
+        };
+        format!("{which} without a pose: {}", frames[0].reason)
+    };
+    alike.values().map(told).collect()
 }

@@ -1,7 +1,8 @@
 //! The size of the head: what it rests on, and how far it can be trusted.
 
 use super::report::{MotionScale, PointMotion};
-use crate::{FacewrightError, Tracks};
+use crate::select::median;
+use crate::{FacewrightError, FrameTracks, Tracks};
 use geometry::{Camera, Transform};
 
 /// Spread of people's heads around the usual one, by pupils and irises.
@@ -36,24 +37,16 @@ pub(super) fn by_landmarks(
     interocular: Option<f64>,
 ) -> Result<Size, FacewrightError> {
     let focal = tracks.camera.camera.fx;
-    let mut ratios: Vec<f64> = tracks
-        .frames
-        .iter()
-        .zip(poses)
-        .filter_map(|(frame, pose)| {
-            let (theirs, ours) = (frame.cam_from_head?.translation.z / focal, pose.as_ref()?.translation.z / camera.fx);
-            Some(theirs / ours)
-        })
-        .collect();
-    ratios.sort_by(f64::total_cmp);
-    let factor = ratios.get(ratios.len() / 2).copied().unwrap_or(1.0);
+    let ratio = |(frame, pose): (&FrameTracks, &Option<Transform>)| {
+        let (theirs, ours) = (frame.cam_from_head?.translation.z / focal, pose.as_ref()?.translation.z / camera.fx);
+        Some(theirs / ours)
+    };
+    let factor = median(tracks.frames.iter().zip(poses).filter_map(ratio));
     let Some(wanted) = interocular else {
         let source = "usual distance of the pupils and diameter of the iris".to_owned();
         return Ok(Size { factor, scale: MotionScale { source, metres_per_unit: 1.0, relative_sigma: USUAL_SIGMA } });
     };
-    let theirs = tracks.interocular.filter(|metres| *metres > 0.0).ok_or(FacewrightError::Tracks {
-        reason: "they do not say how far apart the eyes are; track again, or give a length between two points".into(),
-    })?;
+    let theirs = tracks.interocular.filter(|metres| *metres > 0.0).ok_or(FacewrightError::NoPupils)?;
     let source = format!("distance between the pupils, given as {:.1} mm", 1000.0 * wanted);
     let scale = MotionScale { source, metres_per_unit: 1.0, relative_sigma: PUPILS_SIGMA_M / wanted };
     Ok(Size { factor: factor * wanted / theirs, scale })
@@ -61,11 +54,8 @@ pub(super) fn by_landmarks(
 
 /// What measured lengths make of it: their mean, each by its certainty.
 pub(super) fn by_lengths(points: &[PointMotion], lengths: &[KnownLength]) -> Result<Size, FacewrightError> {
-    let place = |id: usize| {
-        points.iter().find(|point| point.id == id && !point.moves).ok_or_else(|| FacewrightError::Tracks {
-            reason: format!("point {id} of a length has no fixed place on the head"),
-        })
-    };
+    let place =
+        |id: usize| points.iter().find(|point| point.id == id && !point.moves).ok_or(FacewrightError::Length { id });
     let (mut weights, mut sum) = (0.0, 0.0);
     for known in lengths {
         let (a, b) = (place(known.from)?, place(known.to)?);

@@ -12,7 +12,7 @@ use super::search::{Anchors, REFERENCE_PX, Scene, Search, SearchOptions, Seed, s
 use super::surface::{SkinPoint, Surface, View};
 use super::{FrameTracks, PointTrack, Tracks};
 use crate::camera::starting_camera;
-use crate::faces::{Faces, TrackedSkin};
+use crate::faces::{Faces, TrackedSkin, check_interocular};
 use crate::select::{SelectOptions, judge_all, yaw_pitch};
 use crate::{Assets, CameraSource, FacewrightError, FrameSet, Method, SourcedCamera};
 use geometry::mesh::at_barycentric;
@@ -33,6 +33,7 @@ const REFERENCE_REACH_DEG: f64 = 9.0;
 const UNFIT_DEG: f64 = 20.0;
 /// A frame turned further than this from a reference is not searched for its points, degrees.
 const FARTHEST_TURN_DEG: f64 = 34.0;
+
 /// How a sequence is tracked.
 #[derive(Clone, Debug)]
 pub struct TrackClipOptions {
@@ -72,6 +73,7 @@ pub fn track(
     if let Some(window) = options.window.filter(|w| !(3..=31).contains(w) || w.is_multiple_of(2)) {
         return Err(TrackError::Window(window).into());
     }
+    check_interocular(options.interocular)?;
     let mut camera = starting_camera(frames, options.camera.as_ref())?;
     let faces = Faces::look(frames, assets, &camera, options.interocular, progress)?;
     if camera.source != CameraSource::Board {
@@ -185,11 +187,9 @@ impl<'a> Sequence<'a> {
         let mut findings = Findings::default();
         for reference in &references {
             let region = |seed: &Seed| self.region(reference.index, &seed.pixel);
-            reference
-                .anchors
-                .seeds
-                .iter()
-                .for_each(|seed| findings.add(reference.index, region(seed), Some(self.place(&seed.point))));
+            for seed in &reference.anchors.seeds {
+                findings.add(reference.index, region(seed), Some(self.place(&seed.point)));
+            }
         }
         let indices: Vec<usize> = (0..self.frames.len()).collect();
         for chunk in indices.chunks(CHUNK) {

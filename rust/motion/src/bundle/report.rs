@@ -1,7 +1,7 @@
 //! What an adjustment found and how good it is.
 
 use super::layout::Layout;
-use super::{Covariances, Descent, Gauge, Held, State, Workspace};
+use super::{Covariances, Descent, Gauge, Held, Observation, State, Workspace};
 use geometry::Mat3;
 
 /// How well a frame or a point fits its observations.
@@ -124,11 +124,16 @@ impl Layout<'_> {
     }
 }
 
-impl Fit {
-    /// Counts one observation more, whose squared distance is given, squared pixels.
-    pub(crate) fn add(&mut self, squared_px: f64) {
-        let sum = self.rms_px * self.rms_px * self.observations as f64 + squared_px;
-        self.observations += 1;
-        self.rms_px = (sum / self.observations as f64).sqrt();
+impl BundleReport {
+    /// Counts an observation of a frame that took no part in the adjustment, whose squared distance is given, squared pixels.
+    pub(crate) fn count(&mut self, o: &Observation, squared_px: f64) {
+        let all: usize = self.frames.iter().map(|frame| frame.observations).sum();
+        let mut whole = Fit { observations: all, rms_px: self.rms_px };
+        for fit in [&mut self.frames[o.frame], &mut self.points[o.point], &mut whole] {
+            let sum = fit.rms_px * fit.rms_px * fit.observations as f64 + squared_px;
+            fit.observations += 1;
+            fit.rms_px = (sum / fit.observations as f64).sqrt();
+        }
+        self.rms_px = whole.rms_px;
     }
 }

@@ -301,8 +301,10 @@ impl<'a> Reconstruction<'a> {
         self.remove_weak(&mut bundle);
         let mut report = adjust(&mut bundle, &self.bundle_options(30, refine_focal), progress)?;
         self.adopt(&bundle);
-        let focal_sigma_px =
-            if refine_focal { Some(focal_sigma_px(&bundle, &self.bundle_options(30, true), progress)?) } else { None };
+        let focal_sigma_px = match report.focal_sigma_px {
+            Some(own) => Some(focal_sigma_px(&bundle, &self.bundle_options(30, true), own, progress)?),
+            None => None,
+        };
         let mut observations = bundle.observations;
         self.place_others(&mut observations, &mut report);
         Ok(self.sequence(observations, focal_sigma_px, report))
@@ -315,7 +317,8 @@ impl<'a> Reconstruction<'a> {
         for o in self.observations(1.0).into_iter().filter(|o| others[o.frame]) {
             let (pose, point) = (self.poses[o.frame], self.points[o.point]);
             let at = pose.zip(point).and_then(|(pose, point)| self.camera.project(&pose.apply(&point)));
-            report.frames[o.frame].add(at.map_or(0.0, |at| (at - o.pixel).norm_squared()));
+            let squared_px = at.map_or(0.0, |at| (at - o.pixel).norm_squared());
+            report.count(&o, squared_px);
             observations.push(o);
         }
     }

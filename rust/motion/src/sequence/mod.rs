@@ -155,6 +155,7 @@ fn check(tracks: &[PointTrack], options: &SequenceOptions) -> Result<(), MotionE
         ("the threshold", options.threshold_px),
         ("the least parallax", options.min_parallax_rad),
         ("the distance of the head", options.distance_m),
+        ("the number of key frames less one", options.key_frames as f64 - 1.0),
     ];
     match numbers.into_iter().find(|(_, value)| !(value.is_finite() && *value > 0.0)) {
         Some((name, value)) => Err(MotionError::BadNumber { name, value }),

@@ -183,3 +183,24 @@ fn time_for_120_frames() {
         );
     }
 }
+
+#[test]
+fn frames_between_the_key_frames_are_placed_as_well_and_counted() {
+    let scene = scene(4);
+    let found = solve(&scene, &SequenceOptions { key_frames: 20, ..options(&scene) });
+    let (shape_mm, turn_deg, placed) = errors(&found, &scene);
+    // A third of the frames: as much less is known of the shape as the noise allows, and no more.
+    let allowed_mm = 1.2 * 3.0_f64.sqrt() * ideal_mm(&scene);
+    assert!(shape_mm < allowed_mm && turn_deg < 1.0 && placed > 240, "{shape_mm} mm, {turn_deg} deg, {placed} points");
+    assert!(found.poses.iter().all(Result::is_ok));
+    assert!(found.report.frames.iter().all(|frame| frame.observations > 50 && frame.rms_px < 0.6));
+    let (of_frames, of_points) = (&found.report.frames, &found.report.points);
+    let sum = |fits: &[crate::bundle::Fit]| fits.iter().map(|fit| fit.observations).sum::<usize>();
+    assert_eq!((sum(of_frames), sum(of_points)), (found.observations.len(), found.observations.len()));
+    assert!(
+        of_points.iter().any(|point| point.observations > 20),
+        "points are seen in more frames than the key frames"
+    );
+    let none = SequenceOptions { key_frames: 1, ..options(&scene) };
+    assert!(reconstruct_sequence(&tracks(&scene), &scene.camera, &none, &Progress::new()).is_err());
+}

@@ -3,8 +3,8 @@
 //! # Entry points
 //! - [`robust`]: five-point consensus, locally optimised, scored without a known noise (MAGSAC++), trusted matches first
 //!   (PROSAC); then motion, noise and share of wrong matches by expectation–maximisation of Sampson's distances, from both
-//!   mirror solutions, and by the parallax of neighbours; a rough turn of the head may be given. No parallax and mere magnification are errors, a plane is
-//!   [`TwoView::planar`]. Wrong matches may be many.
+//!   mirror solutions, and by the parallax of neighbours; a rough turn of the head may be given. No parallax and mere
+//!   magnification are errors, a plane is [`TwoView::planar`]. Wrong matches may be many.
 //! - [`paper`]: the paper's chain; normalised eight points with two equal singular values, rotation and translation by the
 //!   points in front, least sum of squared epipolar distances, triangulation. Every match counts.
 //! - The parts: [`eight_point`], [`five_point()`], [`decompose`], [`pose_from_essential`], [`refine_epipolar`],

@@ -29,13 +29,6 @@ impl Stored<i16> for u8 {
     }
 }
 
-impl Stored<i16> for i16 {
-    #[inline(always)]
-    fn read(self) -> i16 {
-        self
-    }
-}
-
 impl Stored<i16> for u16 {
     /// Rounded down; the largest, 65280, becomes 16320.
     #[inline(always)]

@@ -15,8 +15,9 @@
 //! When position and warp are predicted within a pixel or two (a head's pose), small windows win, because the skin is
 //! curved: 9 pixels with `window_sigma` 0.5 and `warp_sigma` 0.05.
 //!
-//! Every operation is rounded by itself and sums are made in a fixed order: results depend neither on the number of
-//! threads nor on the instruction set.
+//! Patches that are only shifted, all pixels alike and without gain and bias, as the paper's are, are taken and looked for
+//! in whole numbers; all others in floating point. Every operation is rounded by itself and sums are made in a fixed
+//! order: results depend neither on the number of threads nor on the instruction set.
 //!
 //! # Source
 //! Lucas and Kanade 1981; Shi and Tomasi 1994; Bouguet, "Pyramidal implementation of the Lucas Kanade feature tracker",

@@ -60,7 +60,7 @@ pub(super) trait WordVectors: Copy {
 }
 
 /// A pixel that sixteen words are read from.
-pub(super) trait Pixel: Stored<i16> + Default {
+pub(super) trait Pixel: Copy + Default {
     fn sixteen<V: WordVectors>(v: V, pixels: [Self; WORDS]) -> V::Words;
     fn paired<V: WordVectors>(v: V, low: [Self; WORDS / 2], high: [Self; WORDS / 2]) -> V::Words;
 }
