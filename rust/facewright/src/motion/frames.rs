@@ -1,19 +1,21 @@
 //! What is said of each frame: its pose and how certain that is, or why it has none.
 
 use super::report::FrameMotion;
-use crate::select::median;
 use crate::{FrameTracks, Tracks};
-use geometry::{Transform, Vec3, skew};
+use geometry::{Mat3, Transform, Vec3, skew};
 use motion::bundle::Observation;
 use motion::sequence::Sequence;
-use nalgebra::{Matrix2x3, Matrix6, SMatrix};
+use nalgebra::{Matrix2x3, Matrix6, Rotation3, SMatrix};
 
 /// A frame in which fewer of the points that it shows agree with its pose has none: it is covered, blurred or grimaces.
-const LEAST_SHARE: f64 = 0.4;
-/// So is one whose pose the landmarks contradict by this more than usual, degrees …
-const CONTRADICTION_DEG: f64 = 15.0;
+const LEAST_SHARE: f64 = 0.3;
+/// So is one whose pose the landmarks contradict by more than this, degrees …
+const CONTRADICTION_DEG: f64 = 10.0;
 /// … unless so many of its points, and so large a part of them, say otherwise.
 const CLEAR_MAJORITY: (usize, f64) = (40, 0.8);
+/// Steps of the mean of rotations, and the angle below which they weigh alike, radians.
+const MEAN_STEPS: usize = 8;
+const LEAST_ANGLE: f64 = 0.01;
 /// Fewer points than this make a pose doubtful.
 const FEW_POINTS: usize = 20;
 
@@ -44,14 +46,27 @@ pub(super) fn frames(tracks: &Tracks, motion: &Sequence, middle: &Vec3) -> Vec<F
     tracks.frames.iter().enumerate().map(frame).collect()
 }
 
-/// How far each pose is from the landmarks' beyond what is usual in the film, degrees; 0 where either is missing.
+/// How far each pose is from the landmarks', whose head may be turned against the motion's, degrees; 0 where either is
+/// missing.
 fn off_landmarks_deg(tracks: &Tracks, motion: &Sequence) -> Vec<f64> {
-    let angle = |(frame, pose): (&FrameTracks, &Result<Transform, _>)| {
-        Some(frame.cam_from_head?.angle_to(pose.as_ref().ok()?).to_degrees())
+    let turn = |(frame, pose): (&FrameTracks, &Result<Transform, _>)| {
+        Some(frame.cam_from_head?.rotation.inverse() * pose.as_ref().ok()?.rotation)
     };
-    let angles: Vec<Option<f64>> = tracks.frames.iter().zip(&motion.poses).map(angle).collect();
-    let usual = median(angles.iter().flatten().copied());
-    angles.into_iter().map(|angle| angle.map_or(0.0, |angle| angle - usual)).collect()
+    let turns: Vec<Option<Rotation3<f64>>> = tracks.frames.iter().zip(&motion.poses).map(turn).collect();
+    let known: Vec<Rotation3<f64>> = turns.iter().flatten().copied().collect();
+    let usual = middle_of_rotations(&known);
+    turns.iter().map(|turn| turn.map_or(0.0, |turn| turn.angle_to(&usual).to_degrees())).collect()
+}
+
+/// The rotation with nearly the least sum of angles to all: the mean, weighed anew a few times.
+fn middle_of_rotations(rotations: &[Rotation3<f64>]) -> Rotation3<f64> {
+    let mut middle = rotations.first().copied().unwrap_or_else(Rotation3::identity);
+    for _ in 0..MEAN_STEPS {
+        let weight = |rotation: &Rotation3<f64>| 1.0 / rotation.angle_to(&middle).max(LEAST_ANGLE);
+        let sum: Mat3 = rotations.iter().map(|rotation| rotation.matrix() * weight(rotation)).sum();
+        middle = Transform::from_matrix(&sum, Vec3::zeros()).rotation;
+    }
+    middle
 }
 
 /// The pose and what it rests on, or why there is none; `agree` of the points that the frame has shown do.

@@ -18,7 +18,7 @@ mod scale;
 
 use crate::clock::Clock;
 use crate::faces::check_interocular;
-use crate::select::check_turn;
+use crate::select::{check_turn, median};
 use crate::{CameraSource, FacewrightError, Region, SourcedCamera, Tracks};
 use geometry::{Camera, Progress, Transform};
 use motion::bundle::{FocalPrior, PointPrior};
@@ -42,8 +42,10 @@ pub struct MotionOptions {
     pub landmark_sigma_m: f64,
     /// Standard deviation of the landmarks' head under a point, metres.
     pub surface_sigma_m: f64,
-    /// Distance of a right observation from its point at most, pixels.
+    /// Distance of a right observation from its point at most, by the tracker, pixels …
     pub threshold_px: f64,
+    /// … and by what skin slides on the skull, metres.
+    pub skin_m: f64,
 }
 
 impl Default for MotionOptions {
@@ -53,10 +55,11 @@ impl Default for MotionOptions {
             camera: None,
             interocular: None,
             lengths: Vec::new(),
-            landmark_sigma_rad: 0.3,
+            landmark_sigma_rad: 0.05,
             landmark_sigma_m: 0.3,
             surface_sigma_m: 0.006,
-            threshold_px: 1.5,
+            threshold_px: 1.0,
+            skin_m: 0.002,
         }
     }
 }
@@ -81,12 +84,12 @@ pub fn solve_motion(
     let problem = Problem::new(tracks, camera, options);
     let skin: Vec<bool> = tracks.tracks.iter().map(|track| track.region == Region::Skin).collect();
     let poses: Vec<Option<Transform>> = tracks.frames.iter().map(|frame| frame.cam_from_head).collect();
-    let first = problem.solve(&skin, &camera.camera, &poses, progress)?;
-    let judged = judge(&problem.tracks, &first, options.threshold_px);
+    let first = problem.solve(&skin, &camera.camera, (&poses, None), progress)?;
+    let judged = judge(&problem.tracks, &first, problem.options.threshold_px);
     clock.lap("skin");
     let rigid: Vec<bool> = judged.iter().map(|judged| *judged == Judged::Rigid).collect();
-    let poses: Vec<Option<Transform>> = first.poses.iter().map(|pose| pose.as_ref().ok().copied()).collect();
-    let last = problem.solve(&rigid, &first.camera, &poses, progress)?;
+    let start: Vec<Option<Transform>> = first.poses.iter().map(|pose| pose.as_ref().ok().copied()).collect();
+    let last = problem.solve(&rigid, &first.camera, (&poses, Some(&start)), progress)?;
     clock.lap("motion");
     report::report(tracks, &problem, last, &judged, options, clock)
 }
@@ -135,7 +138,7 @@ impl Problem {
             frames: tracks.frames.len(),
             initial_sigma_rad: options.landmark_sigma_rad,
             initial_sigma_m: options.landmark_sigma_m,
-            threshold_px: options.threshold_px,
+            threshold_px: threshold_px(tracks, &camera.camera, options),
             refine_focal: camera.source != CameraSource::Board,
             focal_prior: focal_prior(&camera),
             point_priors: point_priors(tracks, options.surface_sigma_m),
@@ -146,19 +149,32 @@ impl Problem {
         Self { tracks: tracks.tracks.iter().map(of_track).collect(), camera, options: solver }
     }
 
-    /// The motion by the tracks that take part; points keep the numbers of all tracks.
+    /// The motion by the tracks that take part, from the landmarks' poses and better ones to begin with; points keep the
+    /// numbers of all tracks.
     fn solve(
         &self,
         takes_part: &[bool],
         camera: &Camera,
-        poses: &[Option<Transform>],
+        (initial, start): (&[Option<Transform>], Option<&[Option<Transform>]>),
         progress: &Progress,
     ) -> Result<Sequence, FacewrightError> {
         let chosen = |(track, part): (&PointTrack, &bool)| if *part { track.clone() } else { PointTrack::default() };
         let tracks: Vec<PointTrack> = self.tracks.iter().zip(takes_part).map(chosen).collect();
-        let options = SequenceOptions { initial_poses: Some(poses.to_vec()), ..self.options.clone() };
+        let options = SequenceOptions {
+            initial_poses: Some(initial.to_vec()),
+            start_poses: start.map(<[_]>::to_vec),
+            ..self.options.clone()
+        };
         Ok(reconstruct_sequence(&tracks, camera, &options, progress)?)
     }
+}
+
+/// Distance of a right observation from its point at most, pixels: tracker and skin together, the head being where the
+/// landmarks usually see it.
+fn threshold_px(tracks: &Tracks, camera: &Camera, options: &MotionOptions) -> f64 {
+    let depths = tracks.frames.iter().filter_map(|frame| Some(frame.cam_from_head?.translation.z));
+    let skin_px = options.skin_m * camera.fx / median(depths);
+    options.threshold_px.hypot(skin_px)
 }
 
 /// Where points are on the landmarks' head.

@@ -28,6 +28,8 @@ pub struct BundleReport {
     pub converged: bool,
     /// Root mean square distance between projections and observations, pixels.
     pub rms_px: f64,
+    /// By what factor the variances that were met exceed those announced, 1 at least; the deviations below include it.
+    pub excess: f64,
     /// The fit of each frame.
     pub frames: Vec<Fit>,
     /// The fit of each point.
@@ -74,6 +76,7 @@ impl Layout<'_> {
             rejected_steps: descent.rejected,
             converged: descent.converged,
             rms_px: fit(all).rms_px,
+            excess,
             frames: frames.into_iter().map(fit).collect(),
             points: points.into_iter().map(fit).collect(),
             point_sigma: self.point_sigma(state, excess),

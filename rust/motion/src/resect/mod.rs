@@ -15,6 +15,13 @@ use geometry::{Transform, Vec2, Vec3, skew};
 use nalgebra::{Matrix2x3, Matrix6, SMatrix, Vector6};
 use p3p::p3p;
 
+/// A pose that is turned from the initial one by no more than this, squared, in its variance, needs no competitor.
+const EXPECTED: f64 = 9.0;
+
+/// Widths of the losses, in half thresholds: a rough start must hear points that are far off.
+const ROUGH: [f64; 3] = [8.0, 2.0, 1.0];
+const NARROW: [f64; 2] = [2.0, 1.0];
+
 /// How [`resect`] searches.
 #[derive(Clone, Copy, Debug)]
 pub struct ResectOptions {
@@ -26,14 +33,25 @@ pub struct ResectOptions {
     pub max_iterations: usize,
     /// Fewest points that must agree.
     pub min_inliers: usize,
+    /// Standard deviation of the initial rotation, radians, where something else than the points tells it: a pose that is
+    /// turned away from it by `n` deviations must have `n²` more points on its side, or half of all if these are fewer: what
+    /// tells the rotation may be wrong altogether. Without it, points alone decide.
+    pub initial_sigma_rad: Option<f64>,
     /// Seed of the samples.
     pub seed: u64,
 }
 
 impl Default for ResectOptions {
-    /// Two pixels at a focal length of 650, confidence 0.999, 500 samples, six points.
+    /// Two pixels at a focal length of 650, confidence 0.999, 500 samples, six points, nothing known of the rotation.
     fn default() -> Self {
-        Self { threshold: 2.0 / 650.0, confidence: 0.999, max_iterations: 500, min_inliers: 6, seed: 0 }
+        Self {
+            threshold: 2.0 / 650.0,
+            confidence: 0.999,
+            max_iterations: 500,
+            min_inliers: 6,
+            initial_sigma_rad: None,
+            seed: 0,
+        }
     }
 }
 
@@ -50,7 +68,8 @@ pub struct Resection {
 
 /// The pose `cam_from_x` of a frame that sees `points` (frame `x`) at `normalised` coordinates.
 ///
-/// `initial` is kept to if at least half of the points agree with the pose it leads to; otherwise all poses compete. Fails
+/// `initial` is kept to if at least half of the points agree with the pose it leads to, and that is as expected; otherwise all
+/// poses compete. Fails
 /// with fewer than four points, or when fewer than `min_inliers` or three of ten agree.
 pub fn resect(
     points: &[Vec3],
@@ -71,10 +90,11 @@ pub fn resect(
     if total < needed {
         return Err(MotionError::TooFewPoints { found: total, needed });
     }
-    let view = View { points, normalised, options };
-    let guessed = initial.map(|pose| view.refine(&pose));
+    let expected = initial.zip(options.initial_sigma_rad);
+    let view = View { points, normalised, options, expected };
+    let guessed = initial.map(|pose| view.refine(&pose, &ROUGH));
     let pose = match guessed {
-        Some(pose) if 2 * view.count(&pose) >= total => pose,
+        Some(pose) if 2 * view.count(&pose) >= total && view.unexpected(&pose) <= EXPECTED => pose,
         _ => view.consensus(guessed).ok_or(MotionError::NoPose { agree: 0, total })?,
     };
     let inliers: Vec<bool> = (0..total).map(|i| view.squared(&pose, i) < options.threshold.powi(2)).collect();
@@ -90,6 +110,8 @@ struct View<'a> {
     points: &'a [Vec3],
     normalised: &'a [Vec2],
     options: &'a ResectOptions,
+    /// The initial pose and the deviation of its rotation.
+    expected: Option<(Transform, f64)>,
 }
 
 impl View<'_> {
@@ -104,10 +126,17 @@ impl View<'_> {
         (0..self.points.len()).filter(|&i| self.squared(pose, i) < limit).count()
     }
 
-    /// Truncated sum of squared distances over the threshold's square.
+    /// Truncated sum of squared distances over the threshold's square; a deviation from the expected turn counts as a
+    /// wrong point.
     fn score(&self, pose: &Transform) -> f64 {
         let limit = self.options.threshold.powi(2);
-        (0..self.points.len()).map(|i| (self.squared(pose, i) / limit).min(1.0)).sum()
+        let unexpected = self.unexpected(pose).min(0.5 * self.points.len() as f64);
+        unexpected + (0..self.points.len()).map(|i| (self.squared(pose, i) / limit).min(1.0)).sum::<f64>()
+    }
+
+    /// Squared deviation from the expected turn, in its variance; 0 where none is expected.
+    fn unexpected(&self, pose: &Transform) -> f64 {
+        self.expected.map_or(0.0, |(initial, sigma)| (pose.angle_to(&initial) / sigma).powi(2))
     }
 
     fn consensus(&self, guessed: Option<Transform>) -> Option<Transform> {
@@ -121,20 +150,26 @@ impl View<'_> {
                 if self.score(&pose) >= best_score {
                     continue;
                 }
-                let refined = self.refine(&pose);
-                best_score = self.score(&refined);
-                best = Some(refined);
-                let share = self.count(&refined) as f64 / total as f64;
+                // Drawn from wrong points as from right ones, it must not hear what is far from it.
+                let refined = self.refine(&pose, &NARROW);
+                let (kept, score) = self.better(pose, refined);
+                (best, best_score) = (Some(kept), score);
+                let share = self.count(&kept) as f64 / total as f64;
                 needed = samples_needed(share, 3, self.options.confidence).min(self.options.max_iterations);
             }
         }
         best
     }
 
-    /// Levenberg–Marquardt; the loss starts wide, so that a rough start still hears its points, and narrows.
-    fn refine(&self, start: &Transform) -> Transform {
+    fn better(&self, a: Transform, b: Transform) -> (Transform, f64) {
+        let (of_a, of_b) = (self.score(&a), self.score(&b));
+        if of_b < of_a { (b, of_b) } else { (a, of_a) }
+    }
+
+    /// Levenberg–Marquardt under narrower and narrower losses.
+    fn refine(&self, start: &Transform, widths: &[f64]) -> Transform {
         let narrow = 0.5 * self.options.threshold;
-        [8.0, 2.0, 1.0].iter().fold(*start, |pose, width| self.minimise(pose, Loss::Cauchy(width * narrow)))
+        widths.iter().fold(*start, |pose, width| self.minimise(pose, Loss::Cauchy(width * narrow)))
     }
 
     fn minimise(&self, start: Transform, loss: Loss) -> Transform {
@@ -230,6 +265,31 @@ mod tests {
             check(&frame, Some(frame.pose.retract(&Vector6::new(0.1, 0.2, 0.0, 0.01, 0.0, 0.02))));
             check(&frame, Some(frame.pose.retract(&Vector6::new(0.0, 2.5, 0.0, 0.0, 0.0, 0.0))));
         }
+    }
+
+    #[test]
+    fn half_the_points_that_moved_as_one_do_not_turn_the_head_away_from_what_is_known() {
+        let frame = frame(5, 60, 0.0);
+        // As a frown moves a forehead: the upper points are where a nod by 15 degrees would take them.
+        let nod = frame.pose.retract(&Vector6::new(0.26, 0.0, 0.0, 0.0, 0.0, 0.0));
+        let mut heights: Vec<f64> = frame.points.iter().map(|p| p.y).collect();
+        heights.sort_by(f64::total_cmp);
+        let middle = heights[heights.len() * 9 / 20];
+        let seen = frame.points.iter().zip(&frame.normalised);
+        let moved: Vec<Vec2> = seen
+            .map(|(point, at)| {
+                let nodded = nod.apply(point);
+                if point.y > middle { nodded.xy() / nodded.z } else { *at }
+            })
+            .collect();
+        let rough = frame.pose.retract(&Vector6::new(0.04, -0.03, 0.02, 0.0, 0.0, 0.0));
+        let turn = |initial_sigma_rad: Option<f64>| {
+            let options = ResectOptions { initial_sigma_rad, ..ResectOptions::default() };
+            let found = resect(&frame.points, &moved, Some(rough), &options).unwrap();
+            found.cam_from_x.angle_to(&frame.pose).to_degrees()
+        };
+        assert!(turn(None) > 10.0, "the moved points are the more: without what is known they win");
+        assert!(turn(Some(0.05)) < 1.5, "{} degrees off", turn(Some(0.05)));
     }
 
     #[test]

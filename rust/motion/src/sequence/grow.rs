@@ -5,10 +5,9 @@ use super::key_frames::key_frames;
 use super::start::{pair_poses, standing_still};
 use super::{PointTrack, Sequence, SequenceOptions};
 use crate::MotionError;
-use crate::bundle::{Bundle, BundleOptions, BundleReport, Observation, PosePrior, adjust, reject_outliers};
+use crate::bundle::{Bundle, BundleReport, Observation, adjust, reject_outliers};
 use crate::resect::{ResectOptions, resect};
 use crate::triangulate::triangulate_robust;
-use geometry::least_squares::Loss;
 use geometry::{Camera, Progress, Transform, Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -16,6 +15,8 @@ use rayon::prelude::*;
 const FEWEST_POINTS: usize = 8;
 /// Poses from landmarks are off by several pixels: the first points are sought with the threshold widened by these factors.
 const WIDENING: [f64; 3] = [8.0, 4.0, 2.0];
+/// An initial pose that is off by more than this many deviations was fitted wrongly.
+const CONTRADICTION: f64 = 4.0;
 /// Observations farther off than this many robust deviations are rejected before the last bundle.
 const REJECTION: f64 = 4.0;
 
@@ -23,27 +24,29 @@ const REJECTION: f64 = 4.0;
 pub(super) struct Seen {
     pub(super) frame: usize,
     pub(super) normalised: Vec2,
-    pixel: Vec2,
+    pub(super) pixel: Vec2,
     sigma_px: f64,
 }
 
 /// What is known so far.
 pub(super) struct Reconstruction<'a> {
     pub(super) options: &'a SequenceOptions,
-    camera: Camera,
+    pub(super) camera: Camera,
     /// Sightings of each track, by frame.
     pub(super) sightings: Vec<Vec<Seen>>,
     /// Tracks that stand still while others move: they take no part.
     pub(super) still: Vec<bool>,
     /// Frames that the structure is solved from.
     pub(super) key: Vec<bool>,
-    poses: Vec<Option<Transform>>,
+    pub(super) poses: Vec<Option<Transform>>,
     failures: Vec<Option<MotionError>>,
-    points: Vec<Option<Vec3>>,
+    pub(super) points: Vec<Option<Vec3>>,
     /// Initial poses, less those that the tracks contradict.
-    anchors: Vec<Option<Transform>>,
+    pub(super) anchors: Vec<Option<Transform>>,
+    /// By how much the observations' variances exceed those announced.
+    pub(super) excess: f64,
     /// The frame that defines the head frame where there are no anchors.
-    reference: usize,
+    pub(super) reference: usize,
 }
 
 impl<'a> Reconstruction<'a> {
@@ -70,6 +73,7 @@ impl<'a> Reconstruction<'a> {
             failures: vec![None; options.frames],
             points: vec![None; tracks.len()],
             anchors: vec![None; options.frames],
+            excess: 1.0,
             reference: 0,
         }
     }
@@ -80,14 +84,20 @@ impl<'a> Reconstruction<'a> {
     }
 
     /// Begins with poses that are off by some pixels: points under a wide threshold, a bundle, a narrower one. False, and
-    /// nothing known, if the tracks contradict all but one of them.
+    /// nothing known, if the tracks contradict all but one of them. The initial poses hold on if they are not far off.
     pub(super) fn start_from_poses(
         &mut self,
         poses: &[Option<Transform>],
+        initial: &[Option<Transform>],
         progress: &Progress,
     ) -> Result<bool, MotionError> {
+        let farthest = CONTRADICTION * self.options.initial_sigma_rad;
+        let is_near = |pose: &Transform, start: &Transform| pose.angle_to(start) < farthest;
         self.poses = poses.iter().zip(&self.key).map(|(pose, key)| pose.filter(|_| *key)).collect();
-        self.anchors = self.poses.clone();
+        let anchor = |(initial, start): (&Option<Transform>, &Option<Transform>)| {
+            initial.filter(|pose| start.is_some_and(|start| is_near(pose, &start)))
+        };
+        self.anchors = initial.iter().zip(&self.poses).map(anchor).collect();
         for widening in WIDENING {
             self.triangulate_all(widening);
             self.drop_contradicted_poses(widening);
@@ -171,15 +181,26 @@ impl<'a> Reconstruction<'a> {
         let seen: Vec<(Vec3, Vec2)> =
             known.iter().filter_map(|(track, at)| Some((self.points[*track]?, *at))).collect();
         let (points, normalised): (Vec<Vec3>, Vec<Vec2>) = seen.into_iter().unzip();
-        let nearest = (0..self.poses.len()).filter(|&f| self.poses[f].is_some()).min_by_key(|&f| f.abs_diff(frame));
+        let (expected, is_told) = self.expected(frame);
         let options = ResectOptions {
             threshold: 2.0 * self.threshold(),
             min_inliers: FEWEST_POINTS,
+            initial_sigma_rad: is_told.then_some(self.options.initial_sigma_rad),
             seed: self.options.seed.wrapping_add(frame as u64),
             ..ResectOptions::default()
         };
-        let found = resect(&points, &normalised, nearest.and_then(|f| self.poses[f]), &options)?;
-        Ok(found.cam_from_x)
+        Ok(resect(&points, &normalised, expected, &options)?.cam_from_x)
+    }
+
+    /// The pose of the nearest frame, turned as the initial poses turn from there; and whether they do.
+    fn expected(&self, frame: usize) -> (Option<Transform>, bool) {
+        let posed = (0..self.poses.len()).filter_map(|f| Some((f, self.poses[f]?)));
+        let Some((nearest, pose)) = posed.min_by_key(|(f, _)| f.abs_diff(frame)) else { return (None, false) };
+        let initial = |f: usize| self.options.initial_poses.as_ref().and_then(|poses| poses[f]);
+        match initial(nearest).zip(initial(frame)) {
+            Some((from, to)) => (Some(to * from.inverse() * pose), true),
+            None => (Some(pose), false),
+        }
     }
 
     /// Triangulates every track that moves anew from all posed frames.
@@ -197,7 +218,7 @@ impl<'a> Reconstruction<'a> {
     }
 
     /// Observations of posed frames within the widened threshold of their points.
-    fn observations(&self, widening: f64) -> Vec<Observation> {
+    pub(super) fn observations(&self, widening: f64) -> Vec<Observation> {
         let limit = widening * self.options.threshold_px;
         let mut kept = Vec::new();
         for (point, sightings) in self.sightings.iter().enumerate() {
@@ -212,85 +233,12 @@ impl<'a> Reconstruction<'a> {
         kept
     }
 
-    fn bundle(&self, widening: f64) -> Bundle {
-        Bundle {
-            camera: self.camera,
-            poses: self.poses.iter().map(|pose| pose.unwrap_or_else(Transform::identity)).collect(),
-            points: self.points.iter().map(|point| point.unwrap_or_else(Vec3::zeros)).collect(),
-            observations: self.observations(widening),
-        }
-    }
-
-    fn bundle_options(&self, iterations: usize, refine_focal: bool) -> BundleOptions {
-        let anchors = self.anchors.iter().enumerate().filter_map(|(frame, anchor)| Some((frame, (*anchor)?)));
-        let prior = |(frame, cam_from_head)| PosePrior {
-            frame,
-            cam_from_head,
-            sigma_rad: self.options.initial_sigma_rad,
-            sigma_m: self.options.initial_sigma_m,
-        };
-        let pose_priors: Vec<PosePrior> = anchors.map(prior).collect();
-        let placed =
-            self.options.point_priors.iter().filter(|prior| self.points.get(prior.point).is_some_and(Option::is_some));
-        BundleOptions {
-            loss: Loss::Cauchy(3.0),
-            refine_focal,
-            focal_prior: self.options.focal_prior,
-            fixed_frames: if pose_priors.is_empty() { vec![self.reference] } else { Vec::new() },
-            point_priors: placed.copied().collect(),
-            pose_priors,
-            max_iterations: iterations,
-            ..BundleOptions::default()
-        }
-    }
-
-    fn adjust(
-        &mut self,
-        widening: f64,
-        iterations: usize,
-        refine_focal: bool,
-        progress: &Progress,
-    ) -> Result<(), MotionError> {
-        let mut bundle = self.bundle(widening);
-        adjust(&mut bundle, &self.bundle_options(iterations, refine_focal), progress)?;
-        self.adopt(&bundle);
-        Ok(())
-    }
-
-    /// Takes over a bundle's result.
-    fn adopt(&mut self, bundle: &Bundle) {
-        for (pose, adjusted) in self.poses.iter_mut().zip(&bundle.poses) {
-            *pose = pose.map(|_| *adjusted);
-        }
-        for (point, adjusted) in self.points.iter_mut().zip(&bundle.points) {
-            *point = point.map(|_| *adjusted);
-        }
-        if self.camera != bundle.camera {
-            self.camera = bundle.camera;
-            let camera = bundle.camera;
-            self.sightings.par_iter_mut().flatten().for_each(|s| s.normalised = camera.normalise(&s.pixel));
-        }
-        self.rescale();
-    }
-
-    /// Without anchors nothing holds the scale: the points' median depth in the reference frame is the distance asked for.
-    fn rescale(&mut self) {
-        let Some(pose) = self.poses[self.reference].filter(|_| self.anchors.iter().flatten().next().is_none()) else {
-            return;
-        };
-        let mut depths: Vec<f64> = self.points.iter().flatten().map(|p| pose.apply(p).z).filter(|z| *z > 0.0).collect();
-        depths.sort_by(f64::total_cmp);
-        let Some(median) = depths.get(depths.len() / 2) else { return };
-        let factor = self.options.distance_m / median;
-        self.poses.iter_mut().flatten().for_each(|pose| pose.translation *= factor);
-        self.points.iter_mut().flatten().for_each(|point| *point *= factor);
-    }
-
     /// The last bundles over everything that agrees, and a last chance for frames without a pose.
     pub(super) fn finish(mut self, progress: &Progress) -> Result<Sequence, MotionError> {
         let refine_focal = self.options.refine_focal;
-        for widening in [2.0, 1.0] {
+        for widening in [2.0, 1.0, 1.0] {
             self.triangulate_all(widening);
+            self.weigh();
             self.adjust(widening, 20, refine_focal, progress)?;
         }
         if self.place_next_frames(|key| key) {
@@ -302,7 +250,10 @@ impl<'a> Reconstruction<'a> {
         let mut report = adjust(&mut bundle, &self.bundle_options(30, refine_focal), progress)?;
         self.adopt(&bundle);
         let focal_sigma_px = match report.focal_sigma_px {
-            Some(own) => Some(focal_sigma_px(&bundle, &self.bundle_options(30, true), own, progress)?),
+            Some(own) => {
+                let own_px = own * (self.excess / report.excess).sqrt();
+                Some(focal_sigma_px(&bundle, &self.bundle_options(30, true), own_px, progress)?)
+            }
             None => None,
         };
         let mut observations = bundle.observations;

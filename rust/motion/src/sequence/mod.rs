@@ -8,6 +8,8 @@
 //! With initial poses the head frame is theirs, scale included. Without them it is the camera frame of one frame of the
 //! initial pair, scaled to the distance in the options: [`geometry::Similarity`] moves it wherever it is wanted.
 
+mod adjusting;
+mod excess;
 mod focal;
 mod grow;
 mod key_frames;
@@ -43,6 +45,9 @@ pub struct SequenceOptions {
     pub frames: usize,
     /// Poses known to some extent, one entry for each frame.
     pub initial_poses: Option<Vec<Option<Transform>>>,
+    /// Poses to begin with instead of these, one entry for each frame: what an earlier solution made of the same initial
+    /// poses.
+    pub start_poses: Option<Vec<Option<Transform>>>,
     /// Standard deviation of the initial rotations, radians.
     pub initial_sigma_rad: f64,
     /// Standard deviation of each coordinate of the initial translations, metres.
@@ -73,6 +78,7 @@ impl Default for SequenceOptions {
         Self {
             frames: 0,
             initial_poses: None,
+            start_poses: None,
             initial_sigma_rad: 0.1,
             initial_sigma_m: 0.03,
             yaw_hint: None,
@@ -123,7 +129,10 @@ pub fn reconstruct_sequence(
     progress.stage("motion")?;
     let mut reconstruction = Reconstruction::new(tracks, camera, options);
     let started = match &options.initial_poses {
-        Some(poses) => reconstruction.start_from_poses(poses, progress)?,
+        Some(initial) => {
+            let poses = options.start_poses.as_ref().unwrap_or(initial);
+            reconstruction.start_from_poses(poses, initial, progress)?
+        }
         None => false,
     };
     if !started {
@@ -135,7 +144,8 @@ pub fn reconstruct_sequence(
 
 fn check(tracks: &[PointTrack], options: &SequenceOptions) -> Result<(), MotionError> {
     let count = options.frames;
-    let lengths = [options.initial_poses.as_ref().map(Vec::len), options.yaw_hint.as_ref().map(Vec::len)];
+    let tables = [&options.initial_poses, &options.start_poses].map(|poses| poses.as_ref().map(Vec::len));
+    let lengths = [tables[0], tables[1], options.yaw_hint.as_ref().map(Vec::len)];
     if let Some(index) = lengths.into_iter().flatten().find(|length| *length != count) {
         return Err(MotionError::BadIndex { table: "table of initial poses or turns", kind: "frame", index, count });
     }

@@ -1,3 +1,5 @@
+mod skin;
+
 use super::*;
 use crate::bundle::{Bundle, BundleOptions, adjust};
 use geometry::Similarity;

@@ -1,0 +1,97 @@
+//! Bundles over what is known so far.
+
+use super::excess::excess;
+use super::grow::Reconstruction;
+use crate::MotionError;
+use crate::bundle::{Bundle, BundleOptions, FocalPrior, PointPrior, PosePrior, adjust};
+use geometry::least_squares::Loss;
+use geometry::{Progress, Transform, Vec3};
+use rayon::prelude::*;
+
+/// The loss of an observation, in its standard deviations.
+const LOSS: Loss = Loss::Cauchy(3.0);
+
+impl Reconstruction<'_> {
+    pub(super) fn bundle(&self, widening: f64) -> Bundle {
+        Bundle {
+            camera: self.camera,
+            poses: self.poses.iter().map(|pose| pose.unwrap_or_else(Transform::identity)).collect(),
+            points: self.points.iter().map(|point| point.unwrap_or_else(Vec3::zeros)).collect(),
+            observations: self.observations(widening),
+        }
+    }
+
+    /// Weighs the observations against the priors by how they fit now.
+    pub(super) fn weigh(&mut self) {
+        self.excess = excess(&self.bundle(1.0), LOSS);
+    }
+
+    /// Observations keep their announced deviations, by which the loss knows them: the priors' are drawn in instead. Those
+    /// of the translations only hold the frame of the head: they would hold a wrong focal length too.
+    pub(super) fn bundle_options(&self, iterations: usize, refine_focal: bool) -> BundleOptions {
+        let deviation = 1.0 / self.excess.sqrt();
+        let anchors = self.anchors.iter().enumerate().filter_map(|(frame, anchor)| Some((frame, (*anchor)?)));
+        let pose_prior = |(frame, cam_from_head)| PosePrior {
+            frame,
+            cam_from_head,
+            sigma_rad: deviation * self.options.initial_sigma_rad,
+            sigma_m: self.options.initial_sigma_m,
+        };
+        let pose_priors: Vec<PosePrior> = anchors.map(pose_prior).collect();
+        let point_prior = |prior: &PointPrior| PointPrior { information: prior.information * self.excess, ..*prior };
+        let is_placed = |prior: &&PointPrior| self.points.get(prior.point).is_some_and(Option::is_some);
+        let focal_prior = |prior: FocalPrior| FocalPrior { sigma_px: deviation * prior.sigma_px, ..prior };
+        BundleOptions {
+            loss: LOSS,
+            refine_focal,
+            focal_prior: self.options.focal_prior.map(focal_prior),
+            fixed_frames: if pose_priors.is_empty() { vec![self.reference] } else { Vec::new() },
+            point_priors: self.options.point_priors.iter().filter(is_placed).map(point_prior).collect(),
+            pose_priors,
+            max_iterations: iterations,
+            ..BundleOptions::default()
+        }
+    }
+
+    pub(super) fn adjust(
+        &mut self,
+        widening: f64,
+        iterations: usize,
+        refine_focal: bool,
+        progress: &Progress,
+    ) -> Result<(), MotionError> {
+        let mut bundle = self.bundle(widening);
+        adjust(&mut bundle, &self.bundle_options(iterations, refine_focal), progress)?;
+        self.adopt(&bundle);
+        Ok(())
+    }
+
+    /// Takes over a bundle's result.
+    pub(super) fn adopt(&mut self, bundle: &Bundle) {
+        for (pose, adjusted) in self.poses.iter_mut().zip(&bundle.poses) {
+            *pose = pose.map(|_| *adjusted);
+        }
+        for (point, adjusted) in self.points.iter_mut().zip(&bundle.points) {
+            *point = point.map(|_| *adjusted);
+        }
+        if self.camera != bundle.camera {
+            self.camera = bundle.camera;
+            let camera = bundle.camera;
+            self.sightings.par_iter_mut().flatten().for_each(|s| s.normalised = camera.normalise(&s.pixel));
+        }
+        self.rescale();
+    }
+
+    /// Without anchors nothing holds the scale: the points' median depth in the reference frame is the distance asked for.
+    pub(super) fn rescale(&mut self) {
+        let Some(pose) = self.poses[self.reference].filter(|_| self.anchors.iter().flatten().next().is_none()) else {
+            return;
+        };
+        let mut depths: Vec<f64> = self.points.iter().flatten().map(|p| pose.apply(p).z).filter(|z| *z > 0.0).collect();
+        depths.sort_by(f64::total_cmp);
+        let Some(median) = depths.get(depths.len() / 2) else { return };
+        let factor = self.options.distance_m / median;
+        self.poses.iter_mut().flatten().for_each(|pose| pose.translation *= factor);
+        self.points.iter_mut().flatten().for_each(|point| *point *= factor);
+    }
+}
