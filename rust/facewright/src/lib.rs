@@ -16,6 +16,7 @@
 #![forbid(unsafe_code)]
 
 mod assets;
+mod between;
 pub mod board;
 mod calibration;
 pub mod calibration_picture;
@@ -44,9 +45,7 @@ mod track;
 mod undistort;
 mod unseen;
 
-pub use self::motion::{
-    FrameMotion, HeadMotion, KnownLength, MotionOptions, MotionScale, PointMotion, Roughness, solve_motion,
-};
+pub use self::motion::{FrameMotion, HeadMotion, KnownLength, MotionOptions, PointMotion, Roughness, solve_motion};
 pub use assets::Assets;
 pub use calibration::{
     Bend, BoardImage, CalibrateOptions, CalibratedCamera, CalibratedRig, MountedCamera, RigInput, SeenCorner,

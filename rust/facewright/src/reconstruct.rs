@@ -1,16 +1,18 @@
 //! The whole path: from frames to a finished head.
 
+use crate::between::pose_between;
 use crate::camera::starting_camera;
 use crate::clip::Clip;
 use crate::clock::Clock;
 use crate::faces::check_interocular;
 use crate::shape::{Shape, measure_shape};
 use crate::skin::make_skin;
+use crate::track::PosedFrame;
 use crate::{
     Assets, CameraSource, FacewrightError, FrameReport, FrameSet, Method, Reconstruction, Report, Scale, SourcedCamera,
     Tracks, paper,
 };
-use geometry::{Progress, Similarity, Transform};
+use geometry::Progress;
 use head::transfer::KeyTransfer;
 use head::visemes::viseme_keys;
 use head::{GenericHead, Key};
@@ -76,6 +78,11 @@ pub fn reconstruct(
         Method::Paper => paper::shape(&clip, &assets.head, &sourced, options.interocular, progress)?,
     };
     clock.lap("shape");
+    let between = match options.method {
+        Method::Default => pose_between(frames, &clip, &assets.head, &shape, progress)?,
+        Method::Paper => vec![None; frames.len()],
+    };
+    clock.lap("poses");
     let keys = carry_keys(&assets.head, &shape)?;
     clock.lap("keys");
     let how = (options.texture_size, options.method);
@@ -89,10 +96,10 @@ pub fn reconstruct(
         version: env!("CARGO_PKG_VERSION").to_owned(),
         method: options.method,
         camera: SourcedCamera { camera: shape.camera, source: sourced.source },
-        frames: frame_reports(&clip, &shape),
+        frames: frame_reports(&clip, &shape, &between),
         points: shape.points,
         landmarks68: shape.landmarks68.iter().map(|p| [p.x, p.y, p.z]).collect(),
-        scale: scale(options.interocular),
+        scale: Scale::of_eyes(options.interocular),
         fit: shape.fit.clone(),
         texture: skin.report,
         timings_s: clock.finish(),
@@ -120,40 +127,27 @@ fn camera_warning(source: CameraSource) -> Option<String> {
     }
 }
 
-fn scale(interocular: Option<f64>) -> Scale {
-    let source = match interocular {
-        Some(metres) => format!("distance between the pupils, given as {:.1} mm", 1000.0 * metres),
-        None => "usual distance of the pupils and diameter of the iris: good to about 4 %".to_owned(),
+/// What is said of each frame. The pose of one that was not chosen is its points', or its landmarks' where they tell none.
+fn frame_reports(clip: &Clip, shape: &Shape, between: &[Option<PosedFrame>]) -> Vec<FrameReport> {
+    let pose = |index: usize| {
+        if let Some(k) = clip.chosen.iter().position(|c| c.index == index) {
+            return (Some(shape.poses[k]), shape.rms_px[k]);
+        }
+        if let Some(posed) = &between[index] {
+            return (Some(posed.cam_from_head), Some(posed.rms_px));
+        }
+        let fitted = clip.landmark_fit.frames[index].as_ref();
+        (fitted.map(|f| shape.head_from_landmark_head.move_pose(&f.pose)), fitted.map(|f| f.rms_px))
     };
-    Scale { source, metres_per_unit: 1.0 }
-}
-
-fn frame_reports(clip: &Clip, shape: &Shape) -> Vec<FrameReport> {
-    let chosen = |index: usize| clip.chosen.iter().position(|c| c.index == index);
-    let moved = |pose: &Transform, by: &Similarity| by.move_pose(pose);
-    (0..clip.names.len())
-        .map(|i| {
-            let fitted = clip.landmark_fit.frames[i].as_ref();
-            let position = chosen(i);
-            let (used, reason) = match &clip.verdicts[i] {
-                Ok(reason) => (position.is_some(), reason.clone()),
-                Err(reason) => (false, reason.clone()),
-            };
-            FrameReport {
-                name: clip.names[i].clone(),
-                used,
-                reason,
-                cam_from_head: match position {
-                    Some(k) => Some(shape.poses[k]),
-                    None => fitted.map(|f| moved(&f.pose, &shape.head_from_landmark_head)),
-                },
-                reprojection_rms_px: match position {
-                    Some(k) => shape.rms_px[k],
-                    None => fitted.map(|f| f.rms_px),
-                },
-            }
-        })
-        .collect()
+    let report = |(index, name): (usize, &String)| {
+        let (used, reason) = match &clip.verdicts[index] {
+            Ok(reason) => (clip.chosen.iter().any(|c| c.index == index), reason.clone()),
+            Err(reason) => (false, reason.clone()),
+        };
+        let (cam_from_head, reprojection_rms_px) = pose(index);
+        FrameReport { name: name.clone(), used, reason, cam_from_head, reprojection_rms_px }
+    };
+    clip.names.iter().enumerate().map(report).collect()
 }
 
 /// The generic head itself as a result: its own shape and keys, plain textures, an empty report.

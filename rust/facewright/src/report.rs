@@ -66,6 +66,31 @@ pub struct Scale {
     pub source: String,
     /// Metres per unit of the files written: 1.
     pub metres_per_unit: f64,
+    /// Standard deviation of the size, as part of it.
+    pub relative_sigma: f64,
+}
+
+/// Spread of people's heads around the usual one, by pupils and irises.
+const USUAL_SIGMA: f64 = 0.04;
+/// What a pair of pupils can be measured to, metres.
+const PUPILS_SIGMA_M: f64 = 0.001;
+
+impl Scale {
+    /// Metres, by what is said in `source`.
+    pub(crate) fn metric(source: String, relative_sigma: f64) -> Self {
+        Self { source, metres_per_unit: 1.0, relative_sigma }
+    }
+
+    /// By the eyes: their usual distance and size, or the distance of the pupils, metres, where it was measured.
+    pub(crate) fn of_eyes(interocular: Option<f64>) -> Self {
+        match interocular {
+            Some(metres) => {
+                let source = format!("distance between the pupils, given as {:.1} mm", 1000.0 * metres);
+                Self::metric(source, PUPILS_SIGMA_M / metres)
+            }
+            None => Self::metric("usual distance of the pupils and diameter of the iris".to_owned(), USUAL_SIGMA),
+        }
+    }
 }
 
 /// How well the head fits what was seen.
@@ -75,8 +100,8 @@ pub struct FitReport {
     pub components: usize,
     /// Root mean square of the class's coefficients, in its standard deviations: above 2, the face is unusual for it.
     pub coefficient_rms: f64,
-    /// Part of the matches that the head's motion between two frames explains, 0…1.
-    pub epipolar_agreement: f64,
+    /// Part of the points' observations that one motion of the head explains, 0…1.
+    pub rigid_agreement: f64,
     /// Median distance of the measured points from the head's surface, millimetres.
     pub points_median_mm: f64,
     /// Median distance of the landmarks from their anchors, pixels.
@@ -135,7 +160,7 @@ impl Report {
             frames: Vec::new(),
             points: 0,
             landmarks68: Vec::new(),
-            scale: Scale { source: "generic head".to_owned(), metres_per_unit: 1.0 },
+            scale: Scale::metric("generic head".to_owned(), 0.0),
             fit: FitReport::default(),
             texture: TextureReport::default(),
             timings_s: BTreeMap::new(),

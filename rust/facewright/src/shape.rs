@@ -3,7 +3,7 @@
 use crate::clip::{ChosenFrame, Clip};
 use crate::faces::head_size;
 use crate::select::median;
-use crate::solve::{SolveOptions, Structure, solve};
+use crate::solve::{Structure, solve};
 use crate::track::{FaceTrack, FollowOptions, TrackedFrame, Tracks, follow, given};
 use crate::unseen::replace_unseen;
 use crate::{CameraSource, FacewrightError, FitReport, SourcedCamera};
@@ -78,7 +78,8 @@ pub fn measure_shape(
         },
     };
     let options = FitOptions { size: head_size(interocular), ..FitOptions::default() };
-    let solve_options = SolveOptions { focal_sigma: 0.5 * camera.source.focal_sigma(), ..SolveOptions::default() };
+    // The landmark fit has narrowed it down already.
+    let focal_sigma = 0.5 * camera.source.focal_sigma();
     let mut last: Option<Measured> = None;
     let mut head_from_landmark_head = Similarity::identity();
     for _ in 0..ROUNDS {
@@ -86,7 +87,7 @@ pub fn measure_shape(
         if tracks.len() < LEAST_POINTS {
             break;
         }
-        let structure = solve(&tracks, &known.poses, &known.camera, &solve_options, progress)?;
+        let structure = solve(&tracks, &known.poses, &known.camera, focal_sigma, progress)?;
         if structure.cloud.len() < LEAST_POINTS {
             break;
         }
@@ -218,7 +219,7 @@ fn fit_report(clip: &Clip, measured: Option<&Measured>, eyes: &[EyeFit; 2]) -> F
     FitReport {
         components: coefficients.len(),
         coefficient_rms: (squares / coefficients.len().max(1) as f64).sqrt(),
-        epipolar_agreement: measured.map_or(0.0, |m| m.structure.agreement),
+        rigid_agreement: measured.map_or(0.0, |m| m.structure.agreement),
         points_median_mm: measured.map_or(0.0, |m| 1000.0 * m.fit.median_distance),
         landmarks_median_px: median(errors),
         interocular_mm: 1000.0 * (eyes[0].centre - eyes[1].centre).norm(),

@@ -156,7 +156,6 @@ fn motion(
         camera: camera.map(SourcedCamera::parse).transpose().map_err(|e| raise(&e))?,
         interocular: interocular_mm.map(|mm| mm / 1000.0),
         lengths: lengths.into_iter().map(known).collect(),
-        ..MotionOptions::default()
     };
     Job::start(move |progress| {
         let motion = solve_motion(&tracks, &options, progress)?;

@@ -23,12 +23,23 @@ use crate::{CameraSource, FacewrightError, Region, SourcedCamera, Tracks};
 use geometry::{Camera, Progress, Transform};
 use motion::bundle::{FocalPrior, PointPrior};
 use motion::sequence::{PointTrack, Sequence, SequenceOptions, Sighting, reconstruct_sequence};
-pub use report::{FrameMotion, HeadMotion, MotionScale, PointMotion, Roughness};
+pub use report::{FrameMotion, HeadMotion, PointMotion, Roughness};
 use rigid::{Judged, judge};
 pub use scale::KnownLength;
 
+/// Standard deviation of the landmarks' rotations about each axis, radians: what they are off lasts for many frames.
+pub(crate) const LANDMARK_SIGMA_RAD: f64 = 0.05;
+/// That of their positions along each axis, metres: they hold nothing but the frame of the head.
+pub(crate) const LANDMARK_SIGMA_M: f64 = 0.3;
+/// Standard deviation of the landmarks' head under a point, metres: it holds what a narrow turn leaves open.
+pub(crate) const SURFACE_SIGMA_M: f64 = 0.006;
+/// Distance of a right observation from its point at most, by the tracker, pixels …
+const TRACKER_PX: f64 = 1.0;
+/// … and by what skin slides on the skull, metres.
+const SKIN_M: f64 = 0.002;
+
 /// How [`solve_motion`] works.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct MotionOptions {
     /// Calibrated camera; without it that of the tracks.
     pub camera: Option<SourcedCamera>,
@@ -36,32 +47,6 @@ pub struct MotionOptions {
     pub interocular: Option<f64>,
     /// Lengths measured on the head; they outdo all else that is known of its size.
     pub lengths: Vec<KnownLength>,
-    /// Standard deviation of the landmarks' rotations about each axis, radians.
-    pub landmark_sigma_rad: f64,
-    /// Standard deviation of the landmarks' positions along each axis, metres.
-    pub landmark_sigma_m: f64,
-    /// Standard deviation of the landmarks' head under a point, metres.
-    pub surface_sigma_m: f64,
-    /// Distance of a right observation from its point at most, by the tracker, pixels …
-    pub threshold_px: f64,
-    /// … and by what skin slides on the skull, metres.
-    pub skin_m: f64,
-}
-
-impl Default for MotionOptions {
-    /// The landmarks' poses hold nothing but the frame of the head; their head holds what a narrow turn leaves open.
-    fn default() -> Self {
-        Self {
-            camera: None,
-            interocular: None,
-            lengths: Vec::new(),
-            landmark_sigma_rad: 0.05,
-            landmark_sigma_m: 0.3,
-            surface_sigma_m: 0.006,
-            threshold_px: 1.0,
-            skin_m: 0.002,
-        }
-    }
 }
 
 /// Solves for the poses of all frames and the places of all points.
@@ -81,7 +66,7 @@ pub fn solve_motion(
     let mut clock = Clock::start();
     let camera = camera(tracks, options)?;
     check(tracks, options)?;
-    let problem = Problem::new(tracks, camera, options);
+    let problem = Problem::new(tracks, camera);
     let skin: Vec<bool> = tracks.tracks.iter().map(|track| track.region == Region::Skin).collect();
     let poses: Vec<Option<Transform>> = tracks.frames.iter().map(|frame| frame.cam_from_head).collect();
     let first = problem.solve(&skin, &camera.camera, (&poses, None), progress)?;
@@ -128,7 +113,8 @@ struct Problem {
 }
 
 impl Problem {
-    fn new(tracks: &Tracks, camera: SourcedCamera, options: &MotionOptions) -> Self {
+    fn new(tracks: &Tracks, camera: SourcedCamera) -> Self {
+        let poses: Vec<Transform> = tracks.frames.iter().filter_map(|frame| frame.cam_from_head).collect();
         let sighting = |&(frame, u, v, sigma_px): &crate::PointObservation| Sighting {
             frame,
             pixel: geometry::Vec2::new(u, v),
@@ -136,12 +122,12 @@ impl Problem {
         };
         let solver = SequenceOptions {
             frames: tracks.frames.len(),
-            initial_sigma_rad: options.landmark_sigma_rad,
-            initial_sigma_m: options.landmark_sigma_m,
-            threshold_px: threshold_px(tracks, &camera.camera, options),
+            initial_sigma_rad: LANDMARK_SIGMA_RAD,
+            initial_sigma_m: LANDMARK_SIGMA_M,
+            threshold_px: threshold_px(&poses, &camera.camera),
             refine_focal: camera.source != CameraSource::Board,
             focal_prior: focal_prior(&camera),
-            point_priors: point_priors(tracks, options.surface_sigma_m),
+            point_priors: point_priors(tracks),
             ..SequenceOptions::default()
         };
         let of_track =
@@ -169,18 +155,17 @@ impl Problem {
     }
 }
 
-/// Distance of a right observation from its point at most, pixels: tracker and skin together, the head being where the
-/// landmarks usually see it.
-fn threshold_px(tracks: &Tracks, camera: &Camera, options: &MotionOptions) -> f64 {
-    let depths = tracks.frames.iter().filter_map(|frame| Some(frame.cam_from_head?.translation.z));
-    let skin_px = options.skin_m * camera.fx / median(depths);
-    options.threshold_px.hypot(skin_px)
+/// Distance of a right observation from its point at most, pixels: tracker and skin together, the head being where it
+/// usually is.
+pub(crate) fn threshold_px(cam_from_head: &[Transform], camera: &Camera) -> f64 {
+    let distance = median(cam_from_head.iter().map(|pose| pose.translation.z));
+    TRACKER_PX.hypot(SKIN_M * camera.fx / distance)
 }
 
 /// Where points are on the landmarks' head.
-fn point_priors(tracks: &Tracks, sigma: f64) -> Vec<PointPrior> {
+fn point_priors(tracks: &Tracks) -> Vec<PointPrior> {
     let placed = tracks.tracks.iter().enumerate().filter_map(|(k, track)| Some((k, track.place?)));
-    placed.map(|(k, place)| PointPrior::near(k, place.into(), sigma)).collect()
+    placed.map(|(k, place)| PointPrior::near(k, place.into(), SURFACE_SIGMA_M)).collect()
 }
 
 /// How far landmarks alone may be off a focal length that nothing else tells, as part of it.

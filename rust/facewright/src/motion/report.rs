@@ -6,7 +6,7 @@ use super::scale::{by_landmarks, by_lengths};
 use super::{MotionOptions, Problem};
 use crate::clock::Clock;
 use crate::select::{median, tally};
-use crate::{CameraSource, FacewrightError, Method, Region, SourcedCamera, Tracks};
+use crate::{CameraSource, FacewrightError, Method, Region, Scale, SourcedCamera, Tracks};
 use geometry::{Transform, Vec3};
 use motion::sequence::Sequence;
 use nalgebra::UnitQuaternion;
@@ -60,17 +60,6 @@ impl PointMotion {
     }
 }
 
-/// The size and what it rests on.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MotionScale {
-    /// What fixed it.
-    pub source: String,
-    /// Metres per unit of the file: 1.
-    pub metres_per_unit: f64,
-    /// Its standard deviation, as part of it.
-    pub relative_sigma: f64,
-}
-
 /// How unsteady the motion is: median second differences over neighbouring frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Roughness {
@@ -96,7 +85,7 @@ pub struct HeadMotion {
     /// Every point that has a place.
     pub points: Vec<PointMotion>,
     /// Size.
-    pub scale: MotionScale,
+    pub scale: Scale,
     /// Root mean square distance of points from where they are seen, pixels, over all that agree.
     pub reprojection_rms_px: f64,
     /// Unsteadiness.

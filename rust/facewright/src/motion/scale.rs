@@ -1,14 +1,10 @@
 //! The size of the head: what it rests on, and how far it can be trusted.
 
-use super::report::{MotionScale, PointMotion};
+use super::report::PointMotion;
 use crate::select::median;
-use crate::{FacewrightError, FrameTracks, Tracks};
+use crate::{FacewrightError, FrameTracks, Scale, Tracks};
 use geometry::{Camera, Transform};
 
-/// Spread of people's heads around the usual one, by pupils and irises.
-const USUAL_SIGMA: f64 = 0.04;
-/// What a pair of pupils can be measured to, metres.
-const PUPILS_SIGMA_M: f64 = 0.001;
 /// What a length on a face can be measured to, metres.
 const LENGTH_SIGMA_M: f64 = 0.0005;
 
@@ -26,7 +22,7 @@ pub struct KnownLength {
 /// A factor by which everything is to grow, and what that rests on.
 pub(super) struct Size {
     pub factor: f64,
-    pub scale: MotionScale,
+    pub scale: Scale,
 }
 
 /// What the landmarks make of the size: their head is as wide in the pictures as the solved one.
@@ -42,13 +38,9 @@ pub(super) fn by_landmarks(
         Some(theirs / ours)
     };
     let factor = median(tracks.frames.iter().zip(poses).filter_map(ratio));
-    let Some(wanted) = interocular else {
-        let source = "usual distance of the pupils and diameter of the iris".to_owned();
-        return Ok(Size { factor, scale: MotionScale { source, metres_per_unit: 1.0, relative_sigma: USUAL_SIGMA } });
-    };
+    let scale = Scale::of_eyes(interocular);
+    let Some(wanted) = interocular else { return Ok(Size { factor, scale }) };
     let theirs = tracks.interocular.filter(|metres| *metres > 0.0).ok_or(FacewrightError::NoPupils)?;
-    let source = format!("distance between the pupils, given as {:.1} mm", 1000.0 * wanted);
-    let scale = MotionScale { source, metres_per_unit: 1.0, relative_sigma: PUPILS_SIGMA_M / wanted };
     Ok(Size { factor: factor * wanted / theirs, scale })
 }
 
@@ -72,6 +64,5 @@ pub(super) fn by_lengths(points: &[PointMotion], lengths: &[KnownLength]) -> Res
         [one] => format!("distance of points {} and {}, given as {:.1} mm", one.from, one.to, 1000.0 * one.length),
         several => format!("{} lengths that were measured on the head", several.len()),
     };
-    let scale = MotionScale { source, metres_per_unit: 1.0, relative_sigma: (1.0 / weights).sqrt() };
-    Ok(Size { factor: sum / weights, scale })
+    Ok(Size { factor: sum / weights, scale: Scale::metric(source, (1.0 / weights).sqrt()) })
 }

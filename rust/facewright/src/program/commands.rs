@@ -96,7 +96,7 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
                     track(&FrameSet::open(frames, progress)?, &load_assets(arguments)?, &options, progress)?
                 }
             };
-            let options = MotionOptions { camera, interocular, lengths: lengths.clone(), ..MotionOptions::default() };
+            let options = MotionOptions { camera, interocular, lengths: lengths.clone() };
             let motion = solve_motion(&tracks, &options, progress)?;
             write_json(output, &motion)?;
             Ok(Summary { text: motion_text(&motion, output), json: json!(motion) })

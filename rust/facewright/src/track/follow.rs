@@ -50,11 +50,7 @@ pub struct TrackedFrame<'a> {
 pub struct FaceTrack {
     /// Estimated place on the head, head frame, metres.
     pub point: Vec3,
-    /// The frame it was found in as a corner.
-    pub reference: usize,
-    /// Its pixel there.
-    pub reference_pixel: Vec2,
-    /// Frame, pixel, one standard deviation in pixels; ascending frames, the reference among them.
+    /// Frame, pixel, one standard deviation in pixels; ascending frames.
     pub observations: Vec<(usize, Vec2, f64)>,
 }
 
@@ -109,14 +105,14 @@ fn follow_from(reference: usize, scenes: &[Scene], options: &FollowOptions) -> R
         observations.push((reference, seed.pixel, REFERENCE_PX));
         observations.sort_by_key(|o| o.0);
         let point = from.view.surface.place(&seed.point);
-        FaceTrack { point, reference, reference_pixel: seed.pixel, observations }
+        FaceTrack { point, observations }
     };
     let tracks = anchors.seeds.iter().enumerate().map(track);
     Ok(tracks.filter(|t| t.observations.len() >= options.min_frames).collect())
 }
 
 /// The chosen frame nearest to each wanted yaw, each once.
-fn references(frames: &[TrackedFrame], options: &FollowOptions) -> Vec<usize> {
+pub(super) fn references(frames: &[TrackedFrame], options: &FollowOptions) -> Vec<usize> {
     let yaw = |i: usize| crate::select::yaw_pitch(&frames[i].cam_from_head).0.to_degrees();
     let mut references = Vec::new();
     for wanted in &options.reference_yaws_deg {

@@ -22,11 +22,11 @@ pub fn given(
         let observations: Vec<(usize, Vec2, f64)> = seen.collect();
         let cast = |&(k, pixel, _): &(usize, Vec2, f64)| {
             let point = views[k].cast(&pixel)?;
-            Some((views[k].facing(&point)?, k, pixel, surface.place(&point)))
+            Some((views[k].facing(&point)?, surface.place(&point)))
         };
         let best = observations.iter().filter_map(cast).max_by(|a, b| a.0.total_cmp(&b.0));
-        let (_, reference, reference_pixel, point) = best.filter(|_| observations.len() >= min_frames)?;
-        Some(FaceTrack { point, reference, reference_pixel, observations })
+        let (_, point) = best.filter(|_| observations.len() >= min_frames)?;
+        Some(FaceTrack { point, observations })
     };
     tracks.tracks.iter().filter_map(of_point).collect()
 }

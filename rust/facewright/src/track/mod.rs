@@ -3,8 +3,10 @@
 //! - [`track`]: whole sequences, as `tracks.json` ([`Tracks`]); `chain` is the paper's way, `findings` what becomes of points, `relay` what
 //!   bridges expressions.
 //! - [`follow`]: the chosen frames of a reconstruction; [`given`]: an artist's tracks instead.
+//! - [`Measured`]: poses of the frames between those, by points of the head that they gave.
 //! - [`Anchors`]: the points of one frame in others, predicted by the head's [`Surface`].
 
+mod between;
 mod chain;
 mod findings;
 mod follow;
@@ -16,6 +18,7 @@ mod sequence;
 mod surface;
 mod tracks;
 
+pub use between::{Measured, PosedFrame, lenders};
 pub use follow::{FaceTrack, FollowOptions, TrackedFrame, follow};
 pub use given::given;
 pub use search::{Anchors, Scene, Search, SearchOptions, Seed, Sighting, seeds};
