@@ -13,7 +13,6 @@ from .jobs import wait
 from .motion import actions as motion_actions
 from .reconstruct import actions
 from .scene import footage
-from .scene import head as scene_head
 from .track import actions as track_actions
 
 # How a motion is shown.
@@ -146,7 +145,7 @@ def reconstruct(wanted: argparse.Namespace) -> list[str]:
     result = wait(actions.reconstructed(actions.Source(wanted.clip, wanted.frames), settings))
     result.write(wanted.output)
     if wanted.blend:
-        scene_head.place(bpy.context.scene, result)
+        actions.place(bpy.context.scene, result)
         bpy.ops.wm.save_as_mainfile(filepath=bpy.path.abspath(wanted.blend))
     return [*actions.report_lines(result.report), *actions.warnings(result.report)]
 

@@ -8,7 +8,8 @@ from typing import Any
 from ..engine import FacewrightError, Method, Reconstruction, check_folder, reconstruct
 from ..engine.tracks import parse, to_text
 from ..jobs import Work, watch
-from ..scene import face_tracks, track_reading, video
+from ..scene import face_tracks, motion_rig, track_reading, video
+from ..scene import head as scene_head
 from ..scene.footage import PICTURES
 
 NO_MARKERS = "no movie clip of this file has the face's tracks: track the face in the Clip editor"
@@ -103,6 +104,14 @@ def _images(source: Source) -> list[str]:
     if source.span is not None:
         images = images[source.span[0] : source.span[1] + 1]
     return images
+
+
+def place(scene: Any, result: Reconstruction, collection: Any = None) -> Any:
+    """Show a head in a collection of a scene (None: its own), moved by the motion that the scene has; gives `Face`."""
+    before = scene_head.face(scene)
+    face = scene_head.place(scene, result, collection)
+    motion_rig.meet_face(scene, face != before, scene.facewright_motion.follow)
+    return face
 
 
 def markers_complaint(path: str, method: Method) -> str:

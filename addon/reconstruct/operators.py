@@ -51,7 +51,7 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
     def finish(self, context: bpy.types.Context, result: Reconstruction) -> str:
         if folder := self._folder(context):
             result.write(folder)
-        face = scene_head.place(context.scene, result, context.collection)
+        face = actions.place(context.scene, result, context.collection)
         for obj in context.selected_objects:
             obj.select_set(False)
         face.select_set(True)

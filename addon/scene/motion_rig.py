@@ -108,6 +108,20 @@ def remove(scene: bpy.types.Scene) -> None:
         _remove(empty)
 
 
+def meet_face(scene: bpy.types.Scene, is_new: bool, follow: bool) -> None:
+    """Treat a reconstructed head as if the motion of its scene had been found afterwards; without one, leave it.
+
+    Where `Face Head` stands, the artist may have put it there: a new head comes to it, one that was there stays.
+    """
+    home, empty, face = motion_record.collection(scene), head(scene), scene_head.face(scene)
+    if home is None or empty is None or face is None:
+        return
+    moves = home.get(KIND) == "HEAD"
+    if is_new and not moves:
+        face.matrix_world = empty.matrix_world
+    _follow(scene, empty if moves and follow else None)
+
+
 def set_scene(scene: bpy.types.Scene, home: bpy.types.Collection) -> None:
     """Give a scene without a camera ours, and one with Blender's own frame range the clip's; what is set stays."""
     frames = motion_record.frames(home)
