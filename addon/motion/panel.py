@@ -88,6 +88,8 @@ def draw_result(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     motion = actions.known(context.scene)
     if motion is None:
         return
+    # Blender takes the first thing without a command for the bar that was here, and marks it: let it be a gap, unseen.
+    layout.separator(factor=0.1)
     layout.operator(FACEWRIGHT_OT_look_through.bl_idname, icon="OUTLINER_OB_CAMERA")
     column = layout.column(align=True)
     for line in actions.summary(motion):

@@ -124,6 +124,9 @@ class Layout:
     def label(self, text: str = "", **_more: Any) -> None:
         self.said.append(text)
 
+    def separator(self, **_more: Any) -> None:
+        pass
+
     def row(self, **_more: Any) -> "Layout":
         return self
 
