@@ -41,6 +41,10 @@ class Desktop:
     def click(self) -> None:
         self._hand("click", "1")
 
+    def click_and_press(self, key: str) -> None:
+        """Both at once: the program gets the key right after the click, however busy it is."""
+        self._hand("click", "1", "key", key)
+
     def press(self, key: str) -> None:
         """Press a key or keys by the X names: `Escape`, `ctrl+z`."""
         self._hand("key", key)

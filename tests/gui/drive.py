@@ -14,16 +14,20 @@ from session import ANSWER_SECONDS, Session, Setup, State, Unexpected, expect
 
 RECONSTRUCT = "bpy.ops.facewright.reconstruct()"
 TRACK = "bpy.ops.facewright.track()"
+SOLVE = "bpy.ops.facewright.motion()"
+LOOK_THROUGH = "bpy.ops.facewright.look_through()"
 HAPPINESS = 'bpy.ops.facewright.expression(name="happiness")'
 # Far beyond what a run takes on a slow machine.
 RUN_SECONDS = 600
 # Basis, the ARKit keys, the visemes.
 KEYS = 1 + 52 + 15
 MIN_TRACKS = 60
+OWN_CAMERA = "Own Camera"
 PARTS = {
     f"object Face{name}"
     for name in ("", " eye_left", " eye_right", " teeth_upper", " teeth_lower", " tongue", " lashes")
 }
+MOTION = {"object Face Head", "object Face Camera", "object Face Points", "action Face Camera"}
 
 
 def start(session: Session, command: str) -> State:
@@ -54,6 +58,10 @@ def stop(session: Session, command: str, pictures: str) -> None:
 def press_escape(session: Session, before: State) -> None:
     """Stop the running job and see that it was in vain."""
     session.desktop.press("Escape")
+    expect_stopped(session, before)
+
+
+def expect_stopped(session: Session, before: State) -> None:
     session.wait("Esc stops the job", ANSWER_SECONDS, lambda s: not s["running"])
     after = session.settled()
     expect(after["data"] == before["data"], f"Esc left something changed: {difference(before, after)}")
@@ -106,6 +114,49 @@ def tracking_a_clip_writes_markers_that_one_undo_takes_away(session: Session) ->
     undo(session, "ctrl+shift+z", tracked)
 
 
+def esc_while_it_solves_changes_nothing(session: Session) -> None:
+    before = finish(session, TRACK)
+    session.point_at_button(SOLVE)
+    # The motion is found within a second: Esc comes before anything can be seen of it.
+    session.desktop.click_and_press("Escape")
+    session.wait("the click starts the job", ANSWER_SECONDS, lambda s: s["stage"] != before["stage"])
+    expect_stopped(session, before)
+
+
+def solving_shows_the_motion_that_one_undo_takes_away(session: Session) -> None:
+    before = finish(session, TRACK)
+    solved = solve(session)
+    expect(solved["data"].keys() >= MOTION, f"parts are missing: {difference(before, solved)}")
+    expect(solved["camera"] == OWN_CAMERA, f"the scene's camera is {solved['camera']} before Look Through")
+    expect_one_step(before, solved)
+    session.picture("motion")
+    undo(session, "ctrl+z", before)
+    session.picture("motion-undone")
+    undo(session, "ctrl+shift+z", solved)
+    look_through(session, solved)
+
+
+def solve(session: Session) -> State:
+    """Click the button and wait for the motion, which may be there before the next look; the state after."""
+    session.click_button(SOLVE)
+    session.wait("the panel shows progress", RUN_SECONDS, lambda s: s["stage"] == "motion")
+    session.glance()
+    with session.held():
+        session.picture("motion-running")
+    session.wait("the job ends", RUN_SECONDS, lambda s: not s["running"])
+    return session.settled()
+
+
+def look_through(session: Session, before: State) -> None:
+    """Click the button and see the scene from the motion's camera."""
+    session.click_button(LOOK_THROUGH)
+    session.wait("the 3D view looks through the camera", ANSWER_SECONDS, lambda s: s["views"] == ["CAMERA"])
+    looked = session.settled()
+    expect(looked["camera"] == "Face Camera", f"the scene's camera is {looked['camera']}")
+    expect_one_step(before, looked)
+    session.picture("motion-through")
+
+
 def blender_closes_while_the_job_runs(session: Session) -> None:
     start(session, RECONSTRUCT)
     session.desktop.press("ctrl+q")
@@ -135,7 +186,7 @@ def difference(before: State, after: State) -> str:
 
 Test = Callable[[Session], None]
 
-# By the editor in the window's main area.
+# By the editors in the window's main area; the test is about the first.
 TESTS: dict[str, list[Test]] = {
     "VIEW_3D": [
         esc_changes_nothing,
@@ -147,15 +198,19 @@ TESTS: dict[str, list[Test]] = {
         esc_while_it_tracks_changes_nothing,
         tracking_a_clip_writes_markers_that_one_undo_takes_away,
     ],
+    "CLIP_EDITOR VIEW_3D": [
+        esc_while_it_solves_changes_nothing,
+        solving_shows_the_motion_that_one_undo_takes_away,
+    ],
 }
 
 
-def passes(test: Test, editor: str, desktop: Desktop, setup: Setup) -> bool:
+def passes(test: Test, editors: str, desktop: Desktop, setup: Setup) -> bool:
     """Run a test in a session of its own and say how it went."""
     title, begun = test.__name__.replace("_", " "), time.monotonic()
     log = setup.out / f"{test.__name__}.log"
     try:
-        with Session(desktop, setup, editor, log) as session:
+        with Session(desktop, setup, editors, log) as session:
             try:
                 session.get_ready()
                 test(session)
@@ -179,7 +234,7 @@ def main() -> int:
     for old in [*setup.out.glob("*.png"), *setup.out.glob("*.log")]:
         old.unlink()
     with Desktop() as desktop:
-        results = [passes(test, editor, desktop, setup) for editor, tests in TESTS.items() for test in tests]
+        results = [passes(test, editors, desktop, setup) for editors, tests in TESTS.items() for test in tests]
     passed, failed = results.count(True), results.count(False)
     print(f"{passed} passed, {failed} failed", flush=True)
     return 1 if failed else 0

@@ -1,4 +1,4 @@
-"""Runs inside the window's Blender: makes the window's main area the editor that the test is about."""
+"""Runs inside the window's Blender: makes the window's main area the editors that the test is about."""
 
 import os
 from collections.abc import Generator
@@ -8,27 +8,37 @@ from pathlib import Path
 import bpy
 from mathutils import Euler
 
-EDITOR = os.environ["FACEWRIGHT_GUI_EDITOR"]
+# The test is about the first; another one is shown beside it.
+EDITOR, *BESIDE = os.environ["FACEWRIGHT_GUI_EDITORS"].split()
 # Blender lets the tab of a side bar be chosen only once the side bar has been drawn.
 DRAWING_SECONDS = 0.5
 # The face looks into the camera there.
 FRONTAL_FRAME = 11
 TAIL_FRAMES = 2
+# Blender's number for a camera's frame as wide as the view.
+FILLED_ZOOM = 29.0
 
 
 def window() -> bpy.types.Window:
     return bpy.context.window_manager.windows[0]
 
 
+def areas(kind: str) -> list[bpy.types.Area]:
+    return [area for area in window().screen.areas if area.type == kind]
+
+
 def place(kind: str) -> tuple[bpy.types.Area, bpy.types.Region]:
     """The editor and one of its regions."""
-    area = next(area for area in window().screen.areas if area.type == EDITOR)
+    area = areas(EDITOR)[0]
     return area, next(region for region in area.regions if region.type == kind)
 
 
 def prepare_editor(clip: Path) -> Generator[float, None, None]:
     """Show the editor with our tab open in its side bar; yields how long Blender may draw meanwhile."""
-    area = next(area for area in window().screen.areas if area.type == "VIEW_3D")
+    area = areas("VIEW_3D")[0]
+    if BESIDE:
+        look_at_the_points(split(area, BESIDE[0]))
+        set_own_camera()
     area.type = EDITOR
     if EDITOR == "CLIP_EDITOR":
         open_clip(area.spaces.active, clip)
@@ -40,6 +50,24 @@ def prepare_editor(clip: Path) -> Generator[float, None, None]:
         look_at_the_frame()
     else:
         look_at_the_head(area)
+
+
+def split(area: bpy.types.Area, other: str) -> bpy.types.Area:
+    """Give half of an area to another editor; gives that half."""
+    known = set(window().screen.areas)
+    with bpy.context.temp_override(window=window(), area=area):
+        bpy.ops.screen.area_split(direction="VERTICAL", factor=0.5)
+    (half,) = set(window().screen.areas) - known
+    half.type = other
+    return half
+
+
+def set_own_camera() -> None:
+    """A scene's camera that is the artist's own."""
+    eye = bpy.data.objects.new("Own Camera", bpy.data.cameras.new("Own Camera"))
+    bpy.context.scene.collection.objects.link(eye)
+    eye.hide_set(True)
+    bpy.context.scene.camera = eye
 
 
 def open_clip(space: bpy.types.SpaceClipEditor, folder: Path) -> None:
@@ -72,3 +100,12 @@ def look_at_the_head(area: bpy.types.Area) -> None:
     view.view_rotation = Euler((radians(84), 0.0, radians(18))).to_quaternion()
     view.view_location = (0.08, 0.06, -0.03)
     view.view_distance = 0.5
+
+
+def look_at_the_points(area: bpy.types.Area) -> None:
+    """The same for points: as small as they are here, black outlines would hide their colours."""
+    look_at_the_head(area)
+    space = area.spaces.active
+    space.shading.show_object_outline, space.show_region_toolbar = False, False
+    # What the camera sees fills the view.
+    space.region_3d.view_camera_zoom = FILLED_ZOOM

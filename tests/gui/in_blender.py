@@ -19,7 +19,7 @@ import bpy
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
-from editors import place, prepare_editor, window
+from editors import areas, place, prepare_editor, window
 
 PACKAGE = "bl_ext.user_default.facewright"
 ZIP, CLIP, STATE = (Path(os.environ[f"FACEWRIGHT_GUI_{name}"]) for name in ("ZIP", "CLIP", "STATE"))
@@ -67,15 +67,19 @@ def shown() -> dict[str, Any]:
         "editor": rectangle(area),
         "hovered": hovered(),
         "running": running.active,
+        # Of what runs, or ran last.
+        "stage": running.stage,
         "fraction": running.fraction,
         "smile": smile(),
+        "camera": bpy.context.scene.camera.name if bpy.context.scene.camera else "",
+        "views": [area.spaces.active.region_3d.view_perspective for area in areas("VIEW_3D")],
     }
 
 
 def made() -> dict[str, Any]:
     """What there is in the file; not while the library works, as counting undo steps turns all output aside."""
     return {
-        "shape_keys": {o.name: len(o.data.shape_keys.key_blocks) for o in bpy.data.objects if o.data.shape_keys},
+        "shape_keys": {mesh.name: len(mesh.shape_keys.key_blocks) for mesh in bpy.data.meshes if mesh.shape_keys},
         "tracks": {name: len(o.tracks) for name, o in tracking_objects().items()},
         "data": data(),
         "undo_steps": undo_steps(),
@@ -102,12 +106,36 @@ def smile() -> float:
 
 
 def data() -> dict[str, str | int]:
-    """All that an artist would call changed: shapes, tracks, and how much of each other kind there is."""
-    kinds = ("meshes", "materials", "images", "scenes", "actions", "movieclips", "collections")
+    """All that an artist would call changed: shapes, keys, tracks, and how much of each other kind there is."""
+    kinds = ("meshes", "cameras", "materials", "node_groups", "images", "scenes", "movieclips", "collections")
     counts = {kind: len(getattr(bpy.data, kind)) for kind in kinds}
-    objects = {f"object {o.name}": shape(o.data) for o in bpy.data.objects}
-    properties = {f"properties {clip.name}": fingerprint(dict(clip.items())) for clip in bpy.data.movieclips}
-    return counts | objects | properties | {f"tracks {name}": markers(o) for name, o in tracking_objects().items()}
+    objects = {f"object {o.name}": described(o) for o in bpy.data.objects}
+    actions = {f"action {action.name}": keys(action) for action in bpy.data.actions}
+    clips = {f"clip {clip.name}": fingerprint([*clip.items(), lens(clip)]) for clip in bpy.data.movieclips}
+    tracks = {f"tracks {name}": markers(o) for name, o in tracking_objects().items()}
+    return counts | objects | actions | clips | tracks | {"scene": set_in(bpy.context.scene)}
+
+
+def described(obj: bpy.types.Object) -> str:
+    """What an object is: of a mesh the hash of its shape, of another its kind and what carries it."""
+    if obj.type == "MESH":
+        return shape(obj.data)
+    return f"{obj.type} below {obj.parent.name}" if obj.parent else obj.type
+
+
+def keys(action: bpy.types.Action) -> str:
+    return fingerprint([(c.data_path, c.array_index, [k.co[:] for k in c.keyframe_points]) for c in action.fcurves])
+
+
+def lens(clip: bpy.types.MovieClip) -> list[float]:
+    camera = clip.tracking.camera
+    return [camera.focal_length, *camera.principal_point, camera.k1, camera.k2, camera.k3]
+
+
+def set_in(scene: bpy.types.Scene) -> str:
+    """The scene's camera, the size of its pictures and its frames."""
+    render, eye = scene.render, scene.camera.name if scene.camera else "no camera"
+    return f"{eye}, {render.resolution_x} × {render.resolution_y}, {scene.frame_start}–{scene.frame_end}"
 
 
 def tracking_objects() -> dict[str, bpy.types.MovieTrackingObject]:

@@ -2,10 +2,12 @@
 
 import json
 import shutil
+import signal
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -41,11 +43,11 @@ class Setup:
 class Session:
     """Blender with the extension installed and the clip chosen, as a context; user files and state are its own.
 
-    `editor` is Blender's name of the one in the window's main area.
+    `editors` are Blender's names of those in the window's main area; the test is about the first.
     """
 
-    def __init__(self, desktop: Desktop, setup: Setup, editor: str, log: Path) -> None:
-        self.desktop, self._setup, self._editor, self._log = desktop, setup, editor, log
+    def __init__(self, desktop: Desktop, setup: Setup, editors: str, log: Path) -> None:
+        self.desktop, self._setup, self._editors, self._log = desktop, setup, editors, log
 
     def __enter__(self) -> "Session":
         self._folder = Path(tempfile.mkdtemp(prefix="facewright-gui-"))
@@ -70,7 +72,7 @@ class Session:
             "BLENDER_USER_RESOURCES": str(self._folder / "user"),
             "FACEWRIGHT_GUI_ZIP": str(self._setup.extension),
             "FACEWRIGHT_GUI_CLIP": str(self._setup.clip),
-            "FACEWRIGHT_GUI_EDITOR": self._editor,
+            "FACEWRIGHT_GUI_EDITORS": self._editors,
             "FACEWRIGHT_GUI_STATE": str(self._state),
         }
 
@@ -112,15 +114,28 @@ class Session:
         return self.wait("Blender tells what there is", ANSWER_SECONDS, lambda s: s["answered"] == self._questions)
 
     def click_button(self, command: str) -> None:
-        """Find a button by moving the mouse down the editor's side bar, as the eye would, and click it."""
+        """Find a button and click it."""
+        self.point_at_button(command)
+        self.desktop.click()
+
+    def point_at_button(self, command: str) -> None:
+        """Find a button by moving the mouse down the editor's side bar, as the eye would."""
         left, top, width, height = self.rectangle("side_bar")
         for column in (0.3, 0.7):
             for y in range(top + SEARCH_STEP, top + height, SEARCH_STEP):
                 self.desktop.point(int(left + column * width), y)
                 if self.glance()["hovered"] == command:
-                    self.desktop.click()
                     return
         raise Unexpected(f"the side bar has no button for {command}")
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Blender stands still meanwhile, so that a short job is not over before a picture is taken."""
+        self._blender.send_signal(signal.SIGSTOP)
+        try:
+            yield
+        finally:
+            self._blender.send_signal(signal.SIGCONT)
 
     def rectangle(self, part: str) -> tuple[int, int, int, int]:
         """Left, top, width and height of the editor or its side bar on the screen; Blender counts from the bottom."""
