@@ -4,6 +4,7 @@ import json
 
 import bpy
 import numpy as np
+import pytest
 from tracking import TRUTH, module
 
 
@@ -35,3 +36,16 @@ def test_measured_pupils_reach_the_library_by_way_of_the_clip(clip: bpy.types.Mo
         assert f"given as {measured:.1f} mm" in motion.scale.source
         depths.append(motion.frames[10].cam_from_head[2][3])
     assert abs(depths[1] / depths[0] - 1.2) < 1e-6
+
+
+def test_films_of_a_rig_are_refused_in_words_where_it_has_no_such_camera(clip: bpy.types.MovieClip) -> None:
+    import facewright
+
+    assert bpy.ops.facewright.track(clip=clip.name) == {"FINISHED"}
+    tracks = module("engine.tracks").to_text(module("scene.track_reading").collect(clip))
+    with pytest.raises(facewright.FacewrightError, match=r"rig\.json"):
+        facewright.motion_on_rig([("left", tracks), ("right", tracks)], "{}")
+    empty = json.dumps({"cameras": [], "rms_px": 0.0, "hold_out_rms_px": None, "warnings": []})
+    job = facewright.motion_on_rig([("left", tracks), ("right", tracks)], empty)
+    with pytest.raises(facewright.FacewrightError, match="the rig has no camera left"):
+        job.result()

@@ -119,6 +119,26 @@ pub enum FacewrightError {
         /// Pictures of each camera.
         counts: String,
     },
+    /// A camera that a rig does not have.
+    #[error("the rig has no camera {name}: it has {known}")]
+    RigCamera {
+        /// Its name.
+        name: String,
+        /// Those that it has.
+        known: String,
+    },
+    /// Films of a rig that do not show one head at the same moments.
+    #[error(
+        "the films of {a} and {b} do not show the same moments, or the rig was moved: {reason}. Let them begin at the same moment"
+    )]
+    RigMoments {
+        /// One camera.
+        a: String,
+        /// The other.
+        b: String,
+        /// What is wrong with them.
+        reason: String,
+    },
     /// An option that makes no sense.
     #[error("{name} must be {expected}")]
     Option {

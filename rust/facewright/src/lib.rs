@@ -45,7 +45,10 @@ mod track;
 mod undistort;
 mod unseen;
 
-pub use self::motion::{FrameMotion, HeadMotion, KnownLength, MotionOptions, PointMotion, Roughness, solve_motion};
+pub use self::motion::{
+    FrameMotion, HeadMotion, KnownLength, MotionOptions, PointMotion, RigTracks, Roughness, solve_motion,
+    solve_motion_on_rig,
+};
 pub use assets::Assets;
 pub use calibration::{
     Bend, BoardImage, CalibrateOptions, CalibratedCamera, CalibratedRig, MountedCamera, RigInput, SeenCorner,

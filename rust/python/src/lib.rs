@@ -8,7 +8,8 @@ use facewright::calibration_picture::{DPI, of_camera, of_rig};
 use facewright::drawing::Format;
 use facewright::{
     Assets, CalibrateOptions, CalibratedCamera, CalibratedRig, FacewrightError as CoreError, FrameSet, KnownLength,
-    Method, MotionOptions, ReconstructOptions, RigInput, SourcedCamera, TrackClipOptions, Tracks, solve_motion,
+    Method, MotionOptions, ReconstructOptions, RigInput, RigTracks, SourcedCamera, TrackClipOptions, Tracks,
+    solve_motion, solve_motion_on_rig,
 };
 use geometry::{Board, Progress};
 use job::{Job, Output};
@@ -163,6 +164,17 @@ fn motion(
     })
 }
 
+#[pyfunction]
+fn motion_on_rig(films: Vec<(String, String)>, rig: &str) -> PyResult<Job> {
+    let film = |(camera, tracks): (String, String)| Ok(RigTracks { camera, tracks: Tracks::parse(&tracks)? });
+    let films: Vec<RigTracks> = films.into_iter().map(film).collect::<Result<_, CoreError>>().map_err(|e| raise(&e))?;
+    let rig = CalibratedRig::parse(rig).map_err(|e| raise(&e))?;
+    Job::start(move |progress| {
+        let motion = solve_motion_on_rig(&films, &rig, progress)?;
+        Ok(Output::Text(serde_json::to_string(&motion).unwrap_or_default()))
+    })
+}
+
 fn method_of(name: &str) -> PyResult<Method> {
     match name {
         "default" => Ok(Method::Default),
@@ -220,6 +232,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(save_calibration_picture, module)?)?;
     module.add_function(wrap_pyfunction!(track, module)?)?;
     module.add_function(wrap_pyfunction!(motion, module)?)?;
+    module.add_function(wrap_pyfunction!(motion_on_rig, module)?)?;
     module.add_function(wrap_pyfunction!(reconstruct, module)?)?;
     module.add_function(wrap_pyfunction!(check_folder, module)?)?;
     module.add_function(wrap_pyfunction!(generic_head, module)?)

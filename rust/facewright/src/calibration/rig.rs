@@ -50,6 +50,19 @@ pub struct CalibratedRig {
     pub warnings: Vec<String>,
 }
 
+impl CalibratedRig {
+    /// Reads the text of a `rig.json`.
+    ///
+    /// # Errors
+    /// [`FacewrightError::Read`] where it is none, [`FacewrightError::Geometry`] where its cameras are impossible.
+    pub fn parse(text: &str) -> Result<Self, FacewrightError> {
+        let read = |e: serde_json::Error| FacewrightError::Read { path: "rig.json".into(), reason: e.to_string() };
+        let rig: Self = serde_json::from_str(text).map_err(read)?;
+        rig.cameras.iter().try_for_each(|camera| camera.calibrated.camera.camera.validate())?;
+        Ok(rig)
+    }
+}
+
 /// Calibrates several cameras and where they stand to each other, from pictures of one board taken at the same moments.
 pub fn calibrate_rig(
     cameras: &[RigInput],

@@ -13,6 +13,7 @@
 
 mod frames;
 mod report;
+mod rig;
 mod rigid;
 mod scale;
 
@@ -24,6 +25,7 @@ use geometry::{Camera, Progress, Transform};
 use motion::bundle::{FocalPrior, PointPrior};
 use motion::sequence::{PointTrack, Sequence, SequenceOptions, Sighting, reconstruct_sequence};
 pub use report::{FrameMotion, HeadMotion, PointMotion, Roughness};
+pub use rig::{RigTracks, solve_motion_on_rig};
 use rigid::{Judged, judge};
 pub use scale::KnownLength;
 

@@ -112,8 +112,8 @@ pub(super) fn report(
     options: &MotionOptions,
     mut clock: Clock,
 ) -> Result<HeadMotion, FacewrightError> {
-    let mut points = points(tracks, problem, &motion, judged);
-    let mut frames = frames(tracks, &motion, &middle(&points));
+    let points = points(tracks, problem, &motion, judged);
+    let frames = frames(tracks, &motion, &middle(&points));
     check_enough(tracks, &frames)?;
     let poses: Vec<Option<Transform>> = frames.iter().map(|frame| frame.cam_from_head).collect();
     let size = if options.lengths.is_empty() {
@@ -121,17 +121,9 @@ pub(super) fn report(
     } else {
         by_lengths(&points, &options.lengths)?
     };
-    for frame in &mut frames {
-        frame.cam_from_head.iter_mut().for_each(|pose| pose.translation *= size.factor);
-        frame.translation_sigma_mm.iter_mut().for_each(|sigma| *sigma *= size.factor);
-    }
-    for point in &mut points {
-        point.position = (point.position() * size.factor).into();
-        point.sigma_mm *= size.factor;
-    }
     let focal_sigma_px = motion.focal_sigma_px.take();
     clock.lap("report");
-    Ok(HeadMotion {
+    let mut motion = HeadMotion {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         method: Method::Default,
         warnings: warnings(tracks, &frames, problem, &motion, focal_sigma_px),
@@ -140,10 +132,28 @@ pub(super) fn report(
         focal_sigma_px,
         frames,
         points,
-        scale: size.scale,
+        scale: size.scale.clone(),
         reprojection_rms_px: motion.report.rms_px,
         timings_s: clock.finish(),
-    })
+    };
+    motion.resize(size.factor, size.scale);
+    Ok(motion)
+}
+
+impl HeadMotion {
+    /// Makes the head and its way larger by a factor, which rests on what `scale` says.
+    pub(super) fn resize(&mut self, factor: f64, scale: Scale) {
+        for frame in &mut self.frames {
+            frame.cam_from_head.iter_mut().for_each(|pose| pose.translation *= factor);
+            frame.translation_sigma_mm.iter_mut().for_each(|sigma| *sigma *= factor);
+        }
+        for point in &mut self.points {
+            point.position = (point.position() * factor).into();
+            point.sigma_mm *= factor;
+        }
+        self.roughness.translation_mm *= factor;
+        self.scale = scale;
+    }
 }
 
 /// Refuses a motion that explains hardly any frame: a few wrong tracks always agree by chance.

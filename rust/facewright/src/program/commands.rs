@@ -5,9 +5,9 @@ use facewright::board::{SheetOptions, sheet};
 use facewright::drawing::{DPI, Format};
 use facewright::match_picture::of_match;
 use facewright::{
-    Assets, FacewrightError, FrameSet, HeadMotion, MatchOptions, MatchedPair, MotionOptions, ReconstructOptions,
-    SourcedCamera, TrackClipOptions, Tracks, check_folder, match_pair, overlay, reconstruct, solve_motion, track,
-    write_json,
+    Assets, CalibratedRig, FacewrightError, FrameSet, HeadMotion, MatchOptions, MatchedPair, MotionOptions,
+    ReconstructOptions, RigTracks, SourcedCamera, TrackClipOptions, Tracks, check_folder, match_pair, overlay,
+    reconstruct, solve_motion, solve_motion_on_rig, track, write_json,
 };
 use geometry::Progress;
 use image::imageops;
@@ -85,13 +85,22 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
                 format!("{count} points in {used} of {} frames, in {}{warnings}", frames.len(), output.display());
             Ok(Summary { text, json: json!(tracks) })
         }
-        Command::Motion { frames, tracks, camera, interocular_mm, lengths, output } => {
+        Command::Motion { tracks, rig: Some(rig), output, .. } => {
+            check_output(output)?;
+            let motion = solve_motion_on_rig(&rig_tracks(tracks)?, &read_rig(rig)?, progress)?;
+            write_json(output, &motion)?;
+            Ok(Summary { text: motion_text(&motion, output), json: json!(motion) })
+        }
+        Command::Motion { frames, tracks, rig: None, camera, interocular_mm, lengths, output } => {
             let camera = camera.as_deref().map(SourcedCamera::read).transpose()?;
             let interocular = interocular_mm.map(|mm| mm / 1000.0);
             check_output(output)?;
-            let tracks = match tracks {
-                Some(file) => Tracks::read(file)?,
-                None => {
+            let tracks = match &tracks[..] {
+                [file] => Tracks::read(Path::new(file))?,
+                [_, _, ..] => {
+                    return Err(FacewrightError::Option { name: "--tracks", expected: "one file without --rig" });
+                }
+                [] => {
                     let options = TrackClipOptions { camera, interocular, ..TrackClipOptions::default() };
                     track(&FrameSet::open(frames, progress)?, &load_assets(arguments)?, &options, progress)?
                 }
@@ -161,6 +170,22 @@ fn draw_match(
 /// Refuses a file that cannot be written before the work, not after it.
 fn check_output(file: &Path) -> Result<(), FacewrightError> {
     check_folder(file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new(".")))
+}
+
+/// The tracks of a rig's cameras from `NAME=FILE`.
+fn rig_tracks(named: &[String]) -> Result<Vec<RigTracks>, FacewrightError> {
+    let read = |text: &String| {
+        let (camera, file) = text
+            .split_once('=')
+            .ok_or(FacewrightError::Option { name: "--tracks", expected: "NAME=FILE with --rig" })?;
+        Ok(RigTracks { camera: camera.to_owned(), tracks: Tracks::read(Path::new(file))? })
+    };
+    named.iter().map(read).collect()
+}
+
+fn read_rig(file: &Path) -> Result<CalibratedRig, FacewrightError> {
+    let read = |e: std::io::Error| FacewrightError::Read { path: file.to_owned(), reason: e.to_string() };
+    CalibratedRig::parse(&std::fs::read_to_string(file).map_err(read)?)
 }
 
 fn load_assets(arguments: &Arguments) -> Result<Assets, FacewrightError> {

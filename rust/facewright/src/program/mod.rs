@@ -142,9 +142,12 @@ enum Command {
         /// Image files in the order of time, a folder, or a video
         #[arg(required_unless_present = "tracks", conflicts_with = "tracks")]
         frames: Vec<PathBuf>,
-        /// Tracks of them, made before
-        #[arg(long, value_name = "FILE")]
-        tracks: Option<PathBuf>,
+        /// Tracks of them, made before; with --rig of each of its cameras: left=FILE right=FILE
+        #[arg(long, num_args = 1.., value_name = "FILE")]
+        tracks: Vec<String>,
+        /// Calibrated cameras that filmed the head at the same moments: their places give its size
+        #[arg(long, requires = "tracks", conflicts_with_all = ["camera", "interocular_mm", "lengths"])]
+        rig: Option<PathBuf>,
         /// Calibrated camera; without it the focal length is refined
         #[arg(long)]
         camera: Option<PathBuf>,
