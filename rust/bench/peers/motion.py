@@ -5,7 +5,7 @@ from typing import Any
 
 import cv2
 import numpy as np
-from common import Run, median_ms
+from common import Run, timed
 from opencv import main
 
 METHODS = {"USAC_ACCURATE": cv2.USAC_ACCURATE, "USAC_MAGSAC": cv2.USAC_MAGSAC, "RANSAC": cv2.RANSAC}
@@ -22,8 +22,9 @@ def measure(case: dict[str, Any], _folder: Path) -> list[Run]:
         def solve_all() -> list[list[list[float]] | None]:
             return [solve(a, b, camera, method, case["threshold_px"]) for a, b in pairs]
 
-        times = {"solve": median_ms(solve_all) / len(pairs)}
-        return Run(case["name"], "robust motion", setting, times, solve_all())
+        all_ms, answer = timed(solve_all)
+        times = {"solve": all_ms / len(pairs)}
+        return Run(case["name"], "robust motion", setting, times, answer)
 
     return [run(setting, method) for setting, method in METHODS.items()]
 

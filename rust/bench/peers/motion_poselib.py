@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import poselib
-from common import Run, median_ms, write_runs
+from common import Run, timed, write_runs
 
 
 def measure(case: dict[str, Any], _folder: Path) -> list[Run]:
@@ -19,8 +19,9 @@ def measure(case: dict[str, Any], _folder: Path) -> list[Run]:
     def solve_all() -> list[list[list[float]]]:
         return [solve(a, b, camera, case["threshold_px"]) for a, b in pairs]
 
-    times = {"solve": median_ms(solve_all) / len(pairs)}
-    return [Run(case["name"], "robust motion", "estimate_relative_pose", times, solve_all())]
+    all_ms, answer = timed(solve_all)
+    times = {"solve": all_ms / len(pairs)}
+    return [Run(case["name"], "robust motion", "estimate_relative_pose", times, answer)]
 
 
 def solve(a: np.ndarray, b: np.ndarray, camera: dict[str, Any], threshold_px: float) -> list[list[float]]:

@@ -8,7 +8,8 @@
 //!
 //! The word `tables` is the paper's Tables 1 and 2, printed by `cargo x tables` beside the paper's own figures.
 //!
-//! Times are the processor's, one thread each, medians of several rounds: a busy machine hardly changes them.
+//! Times are the processor's, one thread each, medians of several rounds, or of the turns where a round takes long: a busy
+//! machine hardly changes them.
 #![forbid(unsafe_code)]
 
 mod bundle;
