@@ -3,6 +3,7 @@
 use crate::clock::{rms, timed};
 use crate::feature::{Feature, Figure};
 use crate::results::{Pixel, Run};
+use crate::shape::errors_mm;
 use geometry::least_squares::Loss;
 use geometry::{Camera, Progress, Similarity, Transform, Vec2, Vec3};
 use motion::bundle::{Bundle, BundleOptions, BundleReport, Observation, adjust};
@@ -167,8 +168,7 @@ fn shape_error_mm(points: &[[f64; 3]], truth: &[[f64; 3]]) -> anyhow::Result<f64
     let places = |points: &[[f64; 3]]| points.iter().map(|p| Vec3::from(*p)).collect::<Vec<_>>();
     let (points, truth) = (places(points), places(truth));
     let fit = Similarity::fit(&points, &truth, None, true).ok_or_else(|| anyhow::anyhow!("no similarity"))?;
-    let errors: Vec<f64> = points.iter().zip(&truth).map(|(p, t)| 1e3 * (fit.apply(p) - t).norm()).collect();
-    Ok(rms(&errors))
+    Ok(rms(&errors_mm(&fit, &points, &truth)))
 }
 
 #[cfg(test)]

@@ -21,6 +21,8 @@ mod files;
 mod motion;
 mod results;
 mod scenes;
+mod sequence;
+mod shape;
 mod table;
 mod tables;
 mod track;
@@ -52,6 +54,7 @@ enum Word {
     Track,
     Motion,
     Bundle,
+    Sequence,
     Degraded,
     Tables,
 }
@@ -88,5 +91,6 @@ fn main() -> anyhow::Result<()> {
         Word::Track => step.run::<track::Track>(),
         Word::Motion => step.run::<motion::Motion>(),
         Word::Bundle => step.run::<bundle::BundleBench>(),
+        Word::Sequence => step.run::<sequence::SequenceBench>(),
     }
 }

@@ -6,7 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Features that are measured.
-pub const WORDS: [&str; 4] = ["calibrate", "track", "motion", "bundle"];
+pub const WORDS: [&str; 5] = ["calibrate", "track", "motion", "bundle", "sequence"];
+/// Words that are measured with another, as parts of its feature: the motion of two frames, the bundle over many and the way
+/// from one to the other.
+const PARTS: [(&str, &str); 2] = [("motion", "bundle"), ("motion", "sequence")];
 /// Those of them that OpenCV has too.
 const OPENCV_WORDS: [&str; 3] = ["calibrate", "track", "motion"];
 /// The peers. Each has a script per word that it is measured in, `peers/WORD` and its ending.
@@ -15,7 +18,7 @@ const PEERS: [Peer; 5] = [
     Peer { name: "opencv-5", environment: &OPENCV_5, script: ".py", words: &OPENCV_WORDS },
     Peer { name: "blender-4.5", environment: &BLENDER_4_5, script: "_blender.py", words: &["track"] },
     Peer { name: "poselib", environment: &POSELIB, script: "_poselib.py", words: &["motion"] },
-    Peer { name: "pycolmap", environment: &PYCOLMAP, script: "_pycolmap.py", words: &["bundle"] },
+    Peer { name: "pycolmap", environment: &PYCOLMAP, script: "_pycolmap.py", words: &["bundle", "sequence"] },
 ];
 /// Ours and the peers are measured in turn so many times; the table shows the median.
 const TURNS: usize = 3;
@@ -31,11 +34,10 @@ struct Peer {
     words: &'static [&'static str],
 }
 
-/// Measures one feature, or all. The motion of two frames and the bundle over many are parts of one feature.
+/// Measures one feature with its parts, or all.
 pub fn bench(word: Option<&str>) -> anyhow::Result<()> {
-    let belongs = |part: &str, word: &str| part == word || (word, part) == ("motion", "bundle");
-    let words = WORDS.iter().filter(|part| word.is_none_or(|word| belongs(part, word)));
-    words.into_iter().try_for_each(|word| measure(word))
+    let is_asked = |part: &str| word.is_none_or(|word| part == word || PARTS.contains(&(word, part)));
+    WORDS.iter().filter(|part| is_asked(part)).try_for_each(|part| measure(part))
 }
 
 fn measure(word: &str) -> anyhow::Result<()> {
