@@ -20,8 +20,8 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// How far the rough poses are believed, radians and metres: they begin the motion and hardly hold it.
-const LANDMARK_SIGMA: f64 = 0.3;
+/// How far the rough poses are believed, radians and metres, as `facewright motion` believes landmarks.
+const LANDMARK_SIGMAS: (f64, f64) = (0.05, 0.3);
 
 /// The bench.
 pub struct SequenceBench;
@@ -127,8 +127,8 @@ fn options(case: &Case, film: &Film) -> SequenceOptions {
     SequenceOptions {
         frames: case.frames,
         initial_poses: Some(film.rough_poses.iter().copied().map(Some).collect()),
-        initial_sigma_rad: LANDMARK_SIGMA,
-        initial_sigma_m: LANDMARK_SIGMA,
+        initial_sigma_rad: LANDMARK_SIGMAS.0,
+        initial_sigma_m: LANDMARK_SIGMAS.1,
         refine_focal: case.refine_focal,
         ..SequenceOptions::default()
     }

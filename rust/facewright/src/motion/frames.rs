@@ -2,7 +2,7 @@
 
 use super::report::FrameMotion;
 use crate::{FrameTracks, Tracks};
-use geometry::{Mat3, Transform, Vec3, skew};
+use geometry::{Mat3, Transform, Vec2, Vec3, skew};
 use motion::bundle::Observation;
 use motion::sequence::Sequence;
 use nalgebra::{Matrix2x3, Matrix6, Rotation3, SMatrix};
@@ -20,15 +20,13 @@ const LEAST_ANGLE: f64 = 0.01;
 const FEW_POINTS: usize = 20;
 
 /// Every frame; `middle` is that of the head's points.
-pub(super) fn frames(tracks: &Tracks, motion: &Sequence, middle: &Vec3) -> Vec<FrameMotion> {
-    let (mut shown, mut agree) = (vec![0_usize; tracks.frames.len()], vec![Vec::new(); tracks.frames.len()]);
-    for (track, _) in tracks.tracks.iter().zip(&motion.points).filter(|(_, point)| point.is_some()) {
-        track.observations.iter().for_each(|o| shown[o.0] += 1);
-    }
+pub(super) fn frames(tracks: &Tracks, motion: &Sequence, middle: &Vec3, threshold_px: f64) -> Vec<FrameMotion> {
+    let mut agree = vec![Vec::new(); tracks.frames.len()];
     motion.observations.iter().for_each(|o| agree[o.frame].push(*o));
+    let near = near(tracks, motion, threshold_px);
     let off = off_landmarks_deg(tracks, motion);
     let frame = |(k, tracked): (usize, &FrameTracks)| {
-        let pose = verdict(k, tracked, motion, [agree[k].len(), shown[k]], off[k]);
+        let pose = verdict(k, tracked, motion, near[k], off[k]);
         let (used, reason) = (pose.is_ok(), pose.as_ref().map_or_else(String::clone, |(_, reason)| reason.clone()));
         let pose = pose.ok().map(|(pose, _)| pose);
         let sigma = pose.and_then(|pose| deviations(&pose, motion, &agree[k], middle));
@@ -44,6 +42,20 @@ pub(super) fn frames(tracks: &Tracks, motion: &Sequence, middle: &Vec3) -> Vec<F
         }
     };
     tracks.frames.iter().enumerate().map(frame).collect()
+}
+
+/// Of each frame how many of the head's points are where its pose takes them, and how many it shows.
+fn near(tracks: &Tracks, motion: &Sequence, threshold_px: f64) -> Vec<[usize; 2]> {
+    let mut near = vec![[0; 2]; tracks.frames.len()];
+    for (track, point) in tracks.tracks.iter().zip(&motion.points) {
+        let Some(point) = point else { continue };
+        for &(frame, u, v, _) in &track.observations {
+            let at = motion.poses[frame].as_ref().ok().and_then(|pose| motion.camera.project(&pose.apply(point)));
+            let is_near = at.is_some_and(|at| (at - Vec2::new(u, v)).norm() < threshold_px);
+            near[frame] = [near[frame][0] + usize::from(is_near), near[frame][1] + 1];
+        }
+    }
+    near
 }
 
 /// How far each pose is from the landmarks', whose head may be turned against the motion's, degrees; 0 where either is

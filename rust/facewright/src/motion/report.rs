@@ -113,7 +113,7 @@ pub(super) fn report(
     mut clock: Clock,
 ) -> Result<HeadMotion, FacewrightError> {
     let points = points(tracks, problem, &motion, judged);
-    let frames = frames(tracks, &motion, &middle(&points));
+    let frames = frames(tracks, &motion, &middle(&points), problem.options.threshold_px);
     check_enough(tracks, &frames)?;
     let poses: Vec<Option<Transform>> = frames.iter().map(|frame| frame.cam_from_head).collect();
     let size = if options.lengths.is_empty() {

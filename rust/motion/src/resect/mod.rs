@@ -2,7 +2,7 @@
 //!
 //! # Entry point
 //! [`resect`]: from an initial pose where there is one that explains the frame, by three-point consensus otherwise; then
-//! Gauss–Newton under a loss that forgets far points.
+//! Gauss–Newton under a loss that forgets far points. [`settle`] is only the last.
 //!
 //! Sources: Fischler and Bolles 1981; Hartley and Zisserman, *Multiple View Geometry*, 7.
 
@@ -104,6 +104,12 @@ pub fn resect(
     }
     let sum: f64 = (0..total).filter(|&i| inliers[i]).map(|i| view.squared(&pose, i)).sum();
     Ok(Resection { cam_from_x: pose, inliers, rms: (sum / agree as f64).sqrt() })
+}
+
+/// The pose `cam_from_x` near a given one that `points` (frame `x`) at `normalised` coordinates give, by those within the
+/// threshold.
+pub fn settle(points: &[Vec3], normalised: &[Vec2], near: &Transform, options: &ResectOptions) -> Transform {
+    View { points, normalised, options, expected: None }.refine(near, &NARROW)
 }
 
 struct View<'a> {

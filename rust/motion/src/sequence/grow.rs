@@ -5,8 +5,8 @@ use super::key_frames::key_frames;
 use super::start::{pair_poses, standing_still};
 use super::{PointTrack, Sequence, SequenceOptions};
 use crate::MotionError;
-use crate::bundle::{Bundle, BundleReport, Observation, adjust, reject_outliers};
-use crate::resect::{ResectOptions, resect};
+use crate::bundle::{Bundle, BundleReport, Fit, Observation, adjust, reject_outliers};
+use crate::resect::{ResectOptions, resect, settle};
 use crate::triangulate::triangulate_robust;
 use geometry::{Camera, Progress, Transform, Vec2, Vec3};
 use rayon::prelude::*;
@@ -245,7 +245,7 @@ impl<'a> Reconstruction<'a> {
             self.triangulate_all(1.0);
         }
         let mut bundle = self.bundle(1.0);
-        reject_outliers(&mut bundle, REJECTION);
+        let limit = reject_outliers(&mut bundle, REJECTION).limit;
         self.remove_weak(&mut bundle);
         let mut report = adjust(&mut bundle, &self.bundle_options(30, refine_focal), progress)?;
         self.adopt(&bundle);
@@ -256,22 +256,49 @@ impl<'a> Reconstruction<'a> {
             }
             None => None,
         };
-        let mut observations = bundle.observations;
-        self.place_others(&mut observations, &mut report);
+        while self.place_next_frames(|key| !key) {}
+        self.settle(limit);
+        let observations = self.agreeing(limit);
+        self.count(&observations, &mut report);
         Ok(self.sequence(observations, focal_sigma_px, report))
     }
 
-    /// Places the frames between the key frames, by the points alone.
-    fn place_others(&mut self, observations: &mut Vec<Observation>, report: &mut BundleReport) {
-        let others: Vec<bool> = self.key.iter().zip(&self.poses).map(|(key, pose)| !key && pose.is_none()).collect();
-        while self.place_next_frames(|key| !key) {}
-        for o in self.observations(1.0).into_iter().filter(|o| others[o.frame]) {
-            let (pose, point) = (self.poses[o.frame], self.points[o.point]);
-            let at = pose.zip(point).and_then(|(pose, point)| self.camera.project(&pose.apply(&point)));
-            let squared_px = at.map_or(0.0, |at| (at - o.pixel).norm_squared());
-            report.count(&o, squared_px);
-            observations.push(o);
-        }
+    /// Places all frames alike, by the points alone: what was known of the key frames' poses has helped to find the points, but
+    /// jitters. Observations beyond `limit` standard deviations hardly count.
+    fn settle(&mut self, limit: f64) {
+        let mut sigmas: Vec<f64> = self.sightings.iter().flatten().map(|s| s.sigma_px).collect();
+        sigmas.sort_by(f64::total_cmp);
+        let usual_px = sigmas.get(sigmas.len() / 2).copied().unwrap_or(0.0);
+        let threshold = (limit * usual_px / self.camera.fx).min(2.0 * self.threshold());
+        let options = ResectOptions { threshold, ..ResectOptions::default() };
+        let (known, points) = (self.known_points(), &self.points);
+        let settled = |(pose, seen): (&mut Option<Transform>, &Vec<(usize, Vec2)>)| {
+            let (points, normalised): (Vec<Vec3>, Vec<Vec2>) =
+                seen.iter().filter_map(|(track, at)| Some((points[*track]?, *at))).unzip();
+            *pose = pose.map(|pose| settle(&points, &normalised, &pose, &options));
+        };
+        self.poses.par_iter_mut().zip(&known).for_each(settled);
+    }
+
+    /// Observations within the threshold and within `limit` standard deviations of their points.
+    fn agreeing(&self, limit: f64) -> Vec<Observation> {
+        let mut observations = self.observations(1.0);
+        observations.retain(|o| self.distance_px(o) <= limit * o.sigma_px);
+        observations
+    }
+
+    /// Distance of an observation from its point; infinite where there is none.
+    fn distance_px(&self, o: &Observation) -> f64 {
+        let at = self.poses[o.frame].zip(self.points[o.point]);
+        let at = at.and_then(|(pose, point)| self.camera.project(&pose.apply(&point)));
+        at.map_or(f64::INFINITY, |at| (at - o.pixel).norm())
+    }
+
+    /// Lets the report tell of all frames as they are now.
+    fn count(&self, observations: &[Observation], report: &mut BundleReport) {
+        report.frames.fill(Fit::default());
+        report.points.fill(Fit::default());
+        observations.iter().for_each(|o| report.count(o, self.distance_px(o).powi(2)));
     }
 
     /// Frames left with too few observations lose their pose, points seen fewer than twice their place.

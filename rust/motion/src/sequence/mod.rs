@@ -73,7 +73,7 @@ pub struct SequenceOptions {
 }
 
 impl Default for SequenceOptions {
-    /// No poses known; 1.5 px, 2° of parallax, 64 key frames, camera kept, head 0.6 m away.
+    /// No poses known; 1.5 px, 2° of parallax, 128 key frames, camera kept, head 0.6 m away.
     fn default() -> Self {
         Self {
             frames: 0,
@@ -84,7 +84,7 @@ impl Default for SequenceOptions {
             yaw_hint: None,
             threshold_px: 1.5,
             min_parallax_rad: 0.035,
-            key_frames: 64,
+            key_frames: 128,
             refine_focal: false,
             focal_prior: None,
             point_priors: Vec::new(),
