@@ -50,6 +50,7 @@ def place(
     assert skin is not None, "the first part is the skin"
     for obj in part_objects(scene).values():
         if obj is not skin:
+            _adopt(obj, skin, objects.get(SKIN))
             _drive_keys(obj, skin)
     skin[EXPRESSIONS] = json.dumps({name: dict(weights) for name, weights in head.expressions})
     skin[REPORT] = head.report
@@ -80,6 +81,12 @@ def _new_object(collection: bpy.types.Collection, name: str, skin: bpy.types.Obj
     if skin is not None:
         obj.parent = skin
     return obj
+
+
+def _adopt(obj: bpy.types.Object, skin: bpy.types.Object, before: bpy.types.Object | None) -> None:
+    """Hang a part that has lost its skin, or had the one before, below the skin."""
+    if skin != before and obj.parent in (None, before):
+        obj.parent = skin
 
 
 def _build_mesh(mesh: bpy.types.Mesh, head: Reconstruction, vertices: tuple[int, int], quads: tuple[int, int]) -> None:
@@ -124,14 +131,21 @@ def _drive_keys(obj: bpy.types.Object, skin: bpy.types.Object) -> None:
     keys = obj.data.shape_keys
     if keys is None:
         return
-    driven = {curve.data_path for curve in (keys.animation_data.drivers if keys.animation_data else [])}
+    drivers = {curve.data_path: curve.driver for curve in (keys.animation_data.drivers if keys.animation_data else [])}
     for block in list(keys.key_blocks)[1:]:
-        if block.path_from_id("value") in driven:
-            continue
-        driver = block.driver_add("value").driver
-        driver.type = "AVERAGE"
-        variable = driver.variables.new()
-        target = variable.targets[0]
-        target.id_type = "KEY"
-        target.id = skin.data.shape_keys
-        target.data_path = f'key_blocks["{block.name}"].value'
+        driver = drivers.get(block.path_from_id("value"))
+        path = f'key_blocks["{block.name}"].value'
+        if driver is None:
+            driver = block.driver_add("value").driver
+            driver.type = "AVERAGE"
+            target = driver.variables.new().targets[0]
+            target.id_type, target.data_path = "KEY", path
+            target.id = skin.data.shape_keys
+        for target in _own_targets(driver, path):
+            target.id = skin.data.shape_keys
+
+
+def _own_targets(driver: bpy.types.Driver, path: str) -> list[bpy.types.DriverTarget]:
+    """What a driver of ours reads; an artist's own driver has none."""
+    targets = [target for variable in driver.variables for target in variable.targets]
+    return [target for target in targets if target.id_type == "KEY" and target.data_path == path]

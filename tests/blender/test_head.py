@@ -103,6 +103,23 @@ def test_a_second_run_updates_the_same_objects_and_keeps_animation(
     assert generic_face.data.shape_keys.animation_data.action is not None
 
 
+def test_a_new_face_takes_the_parts_of_a_deleted_one(
+    generic_face: bpy.types.Object, scene_head: ModuleType, engine: ModuleType
+) -> None:
+    parts = scene_head.part_objects(bpy.context.scene)
+    own = parts["tongue"].data.shape_keys.key_blocks["jawOpen"]
+    own.driver_remove("value")
+    own.driver_add("value").driver.expression = "0.25"
+    bpy.data.objects.remove(generic_face)
+    face = scene_head.place(bpy.context.scene, engine.generic_head())
+    assert scene_head.part_objects(bpy.context.scene) == parts | {"skin": face}
+    assert all(part.parent == face for name, part in parts.items() if name != "skin")
+    before = evaluated(parts["teeth_lower"])
+    face.data.shape_keys.key_blocks["jawOpen"].value = 1.0
+    assert (evaluated(parts["teeth_lower"]) - before)[:, 2].mean() < -0.004
+    assert own.value == pytest.approx(0.25), "an artist's own driver stays"
+
+
 def test_images_are_packed_into_the_file(generic_face: bpy.types.Object) -> None:
     for name in ("Face skin", "Face eyes"):
         assert bpy.data.images[name].packed_file is not None
