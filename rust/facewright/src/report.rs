@@ -66,7 +66,8 @@ pub struct Scale {
     pub source: String,
     /// Metres per unit of the files written: 1.
     pub metres_per_unit: f64,
-    /// Standard deviation of the size, as part of it.
+    /// Standard deviation of the size, as part of it; 0 in reports that do not tell.
+    #[serde(default)]
     pub relative_sigma: f64,
 }
 
@@ -95,6 +96,7 @@ impl Scale {
 
 /// How well the head fits what was seen.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct FitReport {
     /// Components of the face class that were used.
     pub components: usize,
