@@ -1,7 +1,8 @@
 //! The pose of the head in every frame and a metric cloud of its points, from tracks.
 //!
 //! # Entry points
-//! [`solve_motion`] with [`MotionOptions`]; [`HeadMotion`] is what `motion.json` holds.
+//! - [`solve_motion`] with [`MotionOptions`]; [`HeadMotion`] is what `motion.json` holds.
+//! - [`solve_motion_on_rig`]: the same with the size that the places of several cameras give.
 //!
 //! # Conventions
 //! Those of [`geometry`]; the head frame is that of the landmarks' head, placed by the poses of the tracks.

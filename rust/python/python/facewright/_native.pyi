@@ -150,7 +150,7 @@ def motion(
 def motion_on_rig(films: Sequence[tuple[str, str]], rig: str) -> Job[str]:
     """Solve for the motion that the first film shows; the places of the rig's cameras give its size.
 
-    `films` are names of the rig's cameras with the tracks.json, as text, of the film that each took at the same moments;
+    `films` are names of the rig's cameras with the tracks.json, as text, of the film each took at the same moments;
     `rig` is rig.json as text. The result is motion.json as text.
     """
 
