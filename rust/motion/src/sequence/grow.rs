@@ -5,7 +5,7 @@ use super::key_frames::key_frames;
 use super::start::{pair_poses, standing_still};
 use super::{PointTrack, Sequence, SequenceOptions};
 use crate::MotionError;
-use crate::bundle::{Bundle, BundleReport, Fit, Observation, adjust, reject_outliers};
+use crate::bundle::{BundleReport, Fit, Observation, adjust, reject_outliers};
 use crate::resect::{ResectOptions, resect, settle};
 use crate::triangulate::triangulate_robust;
 use geometry::{Camera, Progress, Transform, Vec2, Vec3};
@@ -246,7 +246,7 @@ impl<'a> Reconstruction<'a> {
         }
         let mut bundle = self.bundle(1.0);
         let limit = reject_outliers(&mut bundle, REJECTION).limit;
-        self.remove_weak(&mut bundle);
+        self.remove_weak(&mut bundle.observations);
         let mut report = adjust(&mut bundle, &self.bundle_options(30, refine_focal), progress)?;
         self.adopt(&bundle);
         let focal_sigma_px = match report.focal_sigma_px {
@@ -258,7 +258,8 @@ impl<'a> Reconstruction<'a> {
         };
         while self.place_next_frames(|key| !key) {}
         self.settle(limit);
-        let observations = self.agreeing(limit);
+        let mut observations = self.agreeing(limit);
+        self.remove_weak(&mut observations);
         self.count(&observations, &mut report);
         Ok(self.sequence(observations, focal_sigma_px, report))
     }
@@ -302,19 +303,19 @@ impl<'a> Reconstruction<'a> {
     }
 
     /// Frames left with too few observations lose their pose, points seen fewer than twice their place.
-    fn remove_weak(&mut self, bundle: &mut Bundle) {
+    fn remove_weak(&mut self, observations: &mut Vec<Observation>) {
         let total: Vec<usize> = self.known_points().iter().map(Vec::len).collect();
         let mut in_frame = vec![0; self.poses.len()];
-        bundle.observations.iter().for_each(|o| in_frame[o.frame] += 1);
+        observations.iter().for_each(|o| in_frame[o.frame] += 1);
         for frame in (0..self.poses.len()).filter(|&frame| in_frame[frame] < FEWEST_POINTS) {
             if self.poses[frame].take().is_some() {
                 self.failures[frame] = Some(MotionError::NoPose { agree: in_frame[frame], total: total[frame] });
             }
         }
-        bundle.observations.retain(|o| self.poses[o.frame].is_some());
+        observations.retain(|o| self.poses[o.frame].is_some());
         let mut of_point = vec![0; self.points.len()];
-        bundle.observations.iter().for_each(|o| of_point[o.point] += 1);
-        bundle.observations.retain(|o| of_point[o.point] >= 2);
+        observations.iter().for_each(|o| of_point[o.point] += 1);
+        observations.retain(|o| of_point[o.point] >= 2);
         for (point, count) in self.points.iter_mut().zip(of_point) {
             *point = point.filter(|_| count >= 2);
         }
