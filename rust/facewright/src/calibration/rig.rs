@@ -54,7 +54,7 @@ impl CalibratedRig {
     /// Reads the text of a `rig.json`.
     ///
     /// # Errors
-    /// [`FacewrightError::Read`] where it is none, [`FacewrightError::Geometry`] where its cameras are impossible.
+    /// [`FacewrightError::Read`] where it is none, [`FacewrightError::Camera`] where one of its cameras is impossible.
     pub fn parse(text: &str) -> Result<Self, FacewrightError> {
         let read = |e: serde_json::Error| FacewrightError::Read { path: "rig.json".into(), reason: e.to_string() };
         let rig: Self = serde_json::from_str(text).map_err(read)?;
