@@ -127,24 +127,27 @@ fn camera_warning(source: CameraSource) -> Option<String> {
     }
 }
 
-/// What is said of each frame. The pose of one that was not chosen is its points', or its landmarks' where they tell none.
+/// What is said of each frame. Its pose is its points', or its landmarks' where they tell none, which its reason says.
 fn frame_reports(clip: &Clip, shape: &Shape, between: &[Option<PosedFrame>]) -> Vec<FrameReport> {
     let pose = |index: usize| {
         if let Some(k) = clip.chosen.iter().position(|c| c.index == index) {
-            return (Some(shape.poses[k]), shape.rms_px[k]);
+            return (Some(shape.poses[k]), shape.rms_px[k], shape.rms_px[k].is_some());
         }
         if let Some(posed) = &between[index] {
-            return (Some(posed.cam_from_head), Some(posed.rms_px));
+            return (Some(posed.cam_from_head), Some(posed.rms_px), true);
         }
         let fitted = clip.landmark_fit.frames[index].as_ref();
-        (fitted.map(|f| shape.head_from_landmark_head.move_pose(&f.pose)), fitted.map(|f| f.rms_px))
+        (fitted.map(|f| shape.head_from_landmark_head.move_pose(&f.pose)), fitted.map(|f| f.rms_px), false)
     };
     let report = |(index, name): (usize, &String)| {
-        let (used, reason) = match &clip.verdicts[index] {
+        let (used, mut reason) = match &clip.verdicts[index] {
             Ok(reason) => (clip.chosen.iter().any(|c| c.index == index), reason.clone()),
             Err(reason) => (false, reason.clone()),
         };
-        let (cam_from_head, reprojection_rms_px) = pose(index);
+        let (cam_from_head, reprojection_rms_px, by_points) = pose(index);
+        if cam_from_head.is_some() && !by_points {
+            reason.push_str(", posed by its landmarks alone");
+        }
         FrameReport { name: name.clone(), used, reason, cam_from_head, reprojection_rms_px }
     };
     clip.names.iter().enumerate().map(report).collect()

@@ -18,6 +18,8 @@ const STEPS: usize = 10;
 const GROUPS: usize = 8;
 /// Fewest moments from which a size is told.
 const FEWEST_MOMENTS: usize = 2 * GROUPS;
+/// No size is believed to be known better than this, as part of it.
+const LEAST_SIGMA: f64 = 1e-6;
 /// Films whose heads turn differently by more than this in the middle do not show the same moments, degrees.
 const OTHER_MOMENTS_DEG: f64 = 2.0;
 
@@ -47,12 +49,9 @@ pub fn solve_motion_on_rig(
     rig: &CalibratedRig,
     progress: &Progress,
 ) -> Result<HeadMotion, FacewrightError> {
-    let [first, others @ ..] = films else {
+    let [first, _, ..] = films else {
         return Err(FacewrightError::Option { name: "the films of a rig", expected: "two or more" });
     };
-    if others.is_empty() {
-        return Err(FacewrightError::Option { name: "the films of a rig", expected: "two or more" });
-    }
     if films.iter().any(|film| film.tracks.frames.len() != first.tracks.frames.len()) {
         let counts = films.iter().map(|film| format!("{} of {}", film.tracks.frames.len(), film.camera));
         return Err(FacewrightError::RigPictures { counts: counts.collect::<Vec<_>>().join(", ") });
@@ -62,16 +61,17 @@ pub fn solve_motion_on_rig(
         let options = MotionOptions { camera: Some(camera.calibrated.camera), ..MotionOptions::default() };
         solve_motion(&film.tracks, &options, progress)
     };
-    let motions = films.iter().zip(&cameras).map(solve).collect::<Result<Vec<_>, _>>()?;
+    let mut motions = films.iter().zip(&cameras).map(solve).collect::<Result<Vec<_>, _>>()?;
     let (mut weights, mut sum) = (0.0, 0.0);
     for k in 1..films.len() {
         let size = Pair::new([cameras[0], cameras[k]], [&motions[0], &motions[k]])?.size()?;
-        let weight = 1.0 / (size.1 * size.1);
+        // Films without any noise would weigh infinitely.
+        let weight = 1.0 / size.1.max(LEAST_SIGMA).powi(2);
         (weights, sum) = (weights + weight, sum + weight * size.0);
     }
     let names = films.iter().map(|film| film.camera.as_str()).collect::<Vec<_>>().join(", ");
     let scale = Scale::metric(format!("places of the cameras {names}"), (1.0 / weights).sqrt() / (sum / weights));
-    let mut motion = motions.into_iter().next().ok_or(FacewrightError::OneFrame)?;
+    let mut motion = motions.swap_remove(0);
     motion.resize(sum / weights, scale);
     Ok(motion)
 }
