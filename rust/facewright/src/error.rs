@@ -227,21 +227,12 @@ pub enum FacewrightError {
     /// From the texture.
     #[error(transparent)]
     Texture(#[from] texture::TextureError),
-    /// A drawing's file name has another extension.
-    #[error("{path} names no kind of drawing that can be written: let it end in .svg, .pdf or .png")]
-    DrawingFormat {
-        /// The file.
-        path: PathBuf,
-    },
-    /// A drawing could not be made a file.
-    #[error("the drawing cannot be written: {reason}")]
-    Drawing {
-        /// What the encoder said.
-        reason: String,
-    },
+    /// From a drawing.
+    #[error(transparent)]
+    Drawing(#[from] drawing::DrawingError),
     /// The printed board does not fit.
     #[error(transparent)]
-    Board(#[from] crate::board::BoardPatternError),
+    Board(#[from] crate::pictures::board::BoardPatternError),
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] geometry::Cancelled),

@@ -16,51 +16,40 @@
 #![forbid(unsafe_code)]
 
 mod assets;
-mod between;
-pub mod board;
-mod calibration;
-pub mod calibration_picture;
+mod calibrate;
 mod camera;
-mod clip;
 mod clock;
-pub mod drawing;
 mod error;
 mod faces;
+mod files;
 mod frames;
-mod glb;
-pub mod match_picture;
-mod matching;
+mod head;
+mod method;
 mod motion;
-mod observe;
-mod overlay;
-mod paper;
+pub mod pictures;
 mod reconstruct;
-mod report;
 mod result;
-mod select;
-mod shape;
-mod skin;
 mod solve;
+mod texture;
 mod track;
-mod undistort;
-mod unseen;
 
+pub use self::calibrate::{
+    Bend, BoardImage, CalibrateOptions, CalibratedCamera, CalibratedRig, MountedCamera, RigInput, SeenCorner,
+    calibrate, calibrate_rig, undistort,
+};
 pub use self::motion::{
     FrameMotion, HeadMotion, KnownLength, MotionOptions, PointMotion, RigTracks, Roughness, solve_motion,
     solve_motion_on_rig,
 };
 pub use assets::Assets;
-pub use calibration::{
-    Bend, BoardImage, CalibrateOptions, CalibratedCamera, CalibratedRig, MountedCamera, RigInput, SeenCorner,
-    calibrate, calibrate_rig,
-};
+pub use camera::{CameraSource, SourcedCamera};
 pub use error::FacewrightError;
+pub use files::{check_folder, write_drawing, write_json, write_text};
 pub use frames::{Frame, FrameSet};
-pub use head;
-pub use matching::{MatchOptions, MatchedPair, Matches, match_pair};
-pub use overlay::overlay;
+pub use method::Method;
 pub use reconstruct::{ReconstructOptions, generic_head, reconstruct};
-pub use report::{CameraSource, FitReport, FrameReport, Method, Report, Scale, SourcedCamera, TextureReport};
-pub use result::{Reconstruction, check_folder, write_json, write_text};
-pub use track::{FrameTracks, PointObservation, PointTrack, Region, TrackClipOptions, Tracks, track};
-pub use undistort::undistort;
+pub use result::{FitReport, FrameReport, Reconstruction, Report, Scale, TextureReport, overlay};
+pub use track::{
+    FrameTracks, MatchOptions, MatchedPair, Matches, PointObservation, PointTrack, Region, TrackClipOptions, Tracks,
+    match_pair, track,
+};

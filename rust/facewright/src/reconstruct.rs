@@ -1,16 +1,17 @@
 //! The whole path: from frames to a finished head.
 
-use crate::between::pose_between;
 use crate::camera::starting_camera;
-use crate::clip::Clip;
 use crate::clock::Clock;
 use crate::faces::check_interocular;
-use crate::shape::{Shape, measure_shape};
-use crate::skin::make_skin;
-use crate::track::PosedFrame;
+use crate::faces::clip::Clip;
+use crate::head::paper;
+use crate::head::shape::{Shape, measure_shape};
+use crate::motion::PosedFrame;
+use crate::motion::between::pose_between;
+use crate::texture::make_skin;
 use crate::{
     Assets, CameraSource, FacewrightError, FrameReport, FrameSet, Method, Reconstruction, Report, Scale, SourcedCamera,
-    Tracks, paper,
+    Tracks,
 };
 use geometry::Progress;
 use head::transfer::KeyTransfer;
@@ -162,6 +163,6 @@ pub fn generic_head(folder: &std::path::Path) -> Result<Reconstruction, Facewrig
     let visemes = viseme_keys(&keys);
     keys.extend(visemes);
     let mut result = Reconstruction::on(&head, head.positions.clone(), keys, Report::empty());
-    (result.texture, result.eyes) = crate::skin::plain();
+    (result.texture, result.eyes) = crate::texture::plain();
     Ok(result)
 }

@@ -3,13 +3,13 @@
 mod job;
 mod reconstruction;
 
-use facewright::board::{Page, SheetOptions, sheet};
-use facewright::calibration_picture::{DPI, of_camera, of_rig};
-use facewright::drawing::Format;
+use drawing::Format;
+use facewright::pictures::board::{Page, SheetOptions, sheet};
+use facewright::pictures::calibration::{DPI, of_camera, of_rig};
 use facewright::{
     Assets, CalibrateOptions, CalibratedCamera, CalibratedRig, FacewrightError as CoreError, FrameSet, KnownLength,
     Method, MotionOptions, ReconstructOptions, RigInput, RigTracks, SourcedCamera, TrackClipOptions, Tracks,
-    solve_motion, solve_motion_on_rig,
+    solve_motion, solve_motion_on_rig, write_drawing,
 };
 use geometry::{Board, Progress};
 use job::{Job, Output};
@@ -49,7 +49,7 @@ fn save_board(
 ) -> PyResult<()> {
     let options = SheetOptions { page: page.parse::<Page>().map_err(PyValueError::new_err)?, mark };
     let drawing = sheet(&board(inner, squares, gap_mm, square_mm), &options).map_err(|e| raise(&e.into()))?;
-    drawing.write(&path, dpi).map_err(|e| raise(&e))
+    write_drawing(&path, &drawing, dpi).map_err(|e| raise(&e))
 }
 
 fn board(inner: (u32, u32), squares: Option<(u32, u32)>, gap_mm: Option<f64>, square_mm: f64) -> Board {
@@ -76,7 +76,7 @@ fn calibrate(
     Job::start(move |progress| {
         let frames = FrameSet::open(&pictures, progress)?;
         let calibrated = facewright::calibrate(&frames, &options, progress)?;
-        picture.map_or(Ok(()), |path| of_camera(&calibrated).write(&path, DPI))?;
+        picture.map_or(Ok(()), |path| write_drawing(&path, &of_camera(&calibrated), DPI))?;
         Ok(Output::Text(serde_json::to_string(&calibrated).unwrap_or_default()))
     })
 }
@@ -96,7 +96,7 @@ fn calibrate_rig(
     Job::start(move |progress| {
         let inputs: Vec<RigInput> = cameras.into_iter().map(|c| rig_input(c, progress)).collect::<Result<_, _>>()?;
         let calibrated = facewright::calibrate_rig(&inputs, &options, progress)?;
-        picture.map_or(Ok(()), |path| of_rig(&calibrated).write(&path, DPI))?;
+        picture.map_or(Ok(()), |path| write_drawing(&path, &of_rig(&calibrated), DPI))?;
         Ok(Output::Text(serde_json::to_string(&calibrated).unwrap_or_default()))
     })
 }
@@ -120,7 +120,7 @@ fn save_calibration_picture(py: Python<'_>, text: &str, path: PathBuf) -> PyResu
     } else {
         of_camera(&serde_json::from_value::<CalibratedCamera>(value).map_err(refused)?)
     };
-    py.detach(|| drawing.write(&path, DPI)).map_err(|e| raise(&e))
+    py.detach(|| write_drawing(&path, &drawing, DPI)).map_err(|e| raise(&e))
 }
 
 #[pyfunction]

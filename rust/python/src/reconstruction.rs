@@ -1,8 +1,8 @@
 //! A finished head as arrays.
 
 use crate::raise;
-use facewright::head::expressions::expressions;
 use geometry::Vec3;
+use head::expressions::expressions;
 use image::RgbaImage;
 use numpy::ndarray::{Array2, Array3};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3};
@@ -53,7 +53,7 @@ impl Reconstruction {
 
     #[getter]
     fn keys<'py>(&self, py: Python<'py>) -> Vec<KeyArrays<'py>> {
-        let arrays = |key: &facewright::head::Key| {
+        let arrays = |key: &head::Key| {
             let indices: Vec<u32> = key.offsets.iter().map(|(i, _)| *i).collect();
             let offsets: Vec<Vec3> = key.offsets.iter().map(|(_, d)| *d).collect();
             (key.name.clone(), indices.into_pyarray(py), vectors(py, &offsets))

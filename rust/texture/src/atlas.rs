@@ -12,12 +12,12 @@ use crate::error::{TextureError, Warning};
 use crate::fill::fill;
 use crate::paper;
 use crate::plane::{Plane, Texel, reduce};
-use crate::raster::{Fragment, NO_TRIANGLE, texels};
 use crate::sample::Sight;
 use crate::shading::{Light, Prior, Reference, Shading};
 use geometry::mesh::{area_normal, vertex_normals};
 use geometry::{Camera, Progress, Transform, Vec2, Vec3};
 use image::{GrayImage, RgbImage, RgbaImage};
+use raster::{Fragment, NO_TRIANGLE, texels};
 use rayon::prelude::*;
 
 /// Largest size of the small atlases on which the views are compared.

@@ -6,12 +6,12 @@
 
 use crate::atlas::{Surface, validate_surface};
 use crate::error::TextureError;
-use crate::raster::{Fragment, NO_TRIANGLE, PictureVertex, Window, draw_fragments, project, texel_of};
 use crate::sample::bilinear;
 use crate::shading::Shading;
 use geometry::mesh::vertex_normals;
 use geometry::{Camera, Transform, Vec2, Vec3};
 use image::{RgbImage, RgbaImage};
+use raster::{Fragment, NO_TRIANGLE, PictureVertex, Window, draw_fragments, project, texel_of};
 use rayon::prelude::*;
 
 /// A mesh with its texture.
@@ -124,19 +124,6 @@ impl<'a> Painter<'a> {
             },
         );
         Ok(picture)
-    }
-}
-
-impl Window {
-    /// Grown to whole pixels of `n`×`n` samples.
-    fn aligned(self, n: u32) -> Self {
-        let n = n as usize;
-        let grow = |start: i32, length: usize| {
-            let first = start.max(0) as usize / n * n;
-            (first as i32, (start.max(0) as usize + length - first).div_ceil(n) * n)
-        };
-        let ((x, width), (y, height)) = (grow(self.x, self.width), grow(self.y, self.height));
-        Self { x, y, width, height }
     }
 }
 

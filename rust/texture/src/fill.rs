@@ -10,9 +10,9 @@
 
 use crate::atlas::Surface;
 use crate::plane::{Plane, Texel, expand_at, reduce};
-use crate::raster::{Fragment, NO_TRIANGLE, texel_of};
 use geometry::Vec2;
 use image::RgbaImage;
+use raster::{Fragment, NO_TRIANGLE, texel_of};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -145,8 +145,8 @@ fn difference(seen: &Plane<Texel>, mirrored: &Plane<Texel>) -> Plane<Texel> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::raster::texels;
     use geometry::Vec3;
+    use raster::texels;
 
     const N: usize = 32;
 

@@ -4,7 +4,6 @@
 //! - [`bake`]: views of a [`Surface`] into one texture, by the paper's method or ours.
 //! - [`choose_views`]: the frames of a film that are worth baking.
 //! - [`draw`] and [`Painter`]: the textured head through a camera, lit as in a frame.
-//! - [`raster`]: depth, triangles and barycentric weights per pixel, for any mesh.
 //! - [`Shading`]: the light of the pictures by camera-space normal.
 //!
 //! # Conventions
@@ -21,7 +20,6 @@ pub mod fill;
 pub mod iris;
 mod paper;
 mod plane;
-pub mod raster;
 mod sample;
 pub mod shading;
 mod visibility;

@@ -6,9 +6,9 @@
 
 use crate::atlas::{Surface, View};
 use crate::plane::{Plane, Texel};
-use crate::raster::{Fragment, NO_TRIANGLE, project};
 use crate::sample::{Corner, bilinear, locate};
 use geometry::mesh::area_normal;
+use raster::{Fragment, NO_TRIANGLE, project};
 
 /// Colours of the texels whose triangle some view faces, and each view's share of those triangles.
 pub(crate) fn bake(surface: &Surface, views: &[View], map: &Plane<Fragment>) -> (Plane<Texel>, Vec<f64>) {

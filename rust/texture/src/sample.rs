@@ -4,11 +4,11 @@
 
 use crate::atlas::{BakeOptions, Occluder, Surface, View};
 use crate::plane::{Plane, Stretched, Texel};
-use crate::raster::{Fragment, NO_TRIANGLE, PictureVertex, project};
 use crate::shading::Shading;
 use crate::visibility::{Margin, Visibility};
 use geometry::{Transform, Vec3};
 use image::RgbImage;
+use raster::{Fragment, NO_TRIANGLE, PictureVertex, project};
 use rayon::prelude::*;
 
 /// A vertex of the surface in one view, ready for perspective-correct interpolation.

@@ -4,9 +4,9 @@
 //! silhouette, an occluder, a masked pixel or the border of the picture: a model is never exact there, and a single
 //! pixel of wall on a cheek is worse than a cheek seen by one view less.
 
-use crate::raster::{Fragment, PictureVertex, Window, draw_fragments};
 use geometry::Camera;
 use image::GrayImage;
+use raster::{Fragment, PictureVertex, Window, draw_fragments};
 
 /// How much deeper than the depth buffer a seen point may be, metres.
 const DEPTH_TOLERANCE: f32 = 0.002;
@@ -148,8 +148,8 @@ pub(crate) fn smoothstep(t: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::raster::project;
     use geometry::{Transform, Vec3};
+    use raster::project;
 
     const MARGIN: Margin = Margin { pixels: 2.0, metres: 0.0, feather: 0.05 };
 

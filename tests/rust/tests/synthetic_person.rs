@@ -3,12 +3,12 @@
 #![expect(clippy::unwrap_used, reason = "the helpers of tests are tests too")]
 
 use end_to_end::{assets, clip};
-use facewright::head::surface::SkinSurface;
 use facewright::{
     Assets, CalibrateOptions, FrameReport, FrameSet, ReconstructOptions, Reconstruction, Report, SourcedCamera,
     calibrate, reconstruct,
 };
 use geometry::{Progress, Similarity, Transform, Vec3, mesh};
+use head::surface::SkinSurface;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -228,7 +228,7 @@ fn the_glb_has_every_key_by_name() {
 }
 
 /// The widest gap of contact pairs with a key at 1, metres.
-fn gap(positions: &[Vec3], keys: &[facewright::head::Key], key: Option<&str>, pairs: &[[u32; 2]]) -> f64 {
+fn gap(positions: &[Vec3], keys: &[head::Key], key: Option<&str>, pairs: &[[u32; 2]]) -> f64 {
     let mut moved = positions.to_vec();
     for (vertex, offset) in keys.iter().filter(|k| Some(k.name.as_str()) == key).flat_map(|k| &k.offsets) {
         moved[*vertex as usize] += offset;

@@ -2,7 +2,7 @@
 
 use geometry::{Camera, Transform, Vec2, Vec3, mesh::area_normal};
 use image::{GrayImage, Luma};
-use texture::raster::{Fragment, NO_TRIANGLE, Window, fragments, project};
+use raster::{Fragment, NO_TRIANGLE, Window, fragments, project};
 
 /// Least cosine between a point's normal and the view direction at which it counts as face.
 const MIN_FACING: f64 = 0.35;

@@ -12,7 +12,9 @@
 //! take part where they are still and are left out where they talk (`rigid`); what is rigid gives the motion; then the
 //! size (`scale`) and what is said of it (`report`).
 
+pub(crate) mod between;
 mod frames;
+mod measured;
 mod report;
 mod rig;
 mod rigid;
@@ -20,9 +22,10 @@ mod scale;
 
 use crate::clock::Clock;
 use crate::faces::check_interocular;
-use crate::select::{check_turn, median};
+use crate::faces::select::{check_turn, median};
 use crate::{CameraSource, FacewrightError, Region, SourcedCamera, Tracks};
 use geometry::{Camera, Progress, Transform};
+pub use measured::{Measured, PosedFrame, lenders};
 use motion::bundle::{FocalPrior, PointPrior};
 use motion::sequence::{PointTrack, Sequence, SequenceOptions, Sighting, reconstruct_sequence};
 pub use report::{FrameMotion, HeadMotion, PointMotion, Roughness};

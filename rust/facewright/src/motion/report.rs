@@ -5,7 +5,7 @@ use super::rigid::{Judged, place};
 use super::scale::{by_landmarks, by_lengths};
 use super::{MotionOptions, Problem};
 use crate::clock::Clock;
-use crate::select::{median, tally};
+use crate::faces::select::{median, tally};
 use crate::{CameraSource, FacewrightError, Method, Region, Scale, SourcedCamera, Tracks};
 use geometry::{Transform, Vec3};
 use motion::sequence::Sequence;

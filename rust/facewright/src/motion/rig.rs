@@ -6,8 +6,8 @@
 
 use super::report::HeadMotion;
 use super::{MotionOptions, solve_motion};
-use crate::calibration::{CalibratedRig, MountedCamera};
-use crate::select::median;
+use crate::calibrate::{CalibratedRig, MountedCamera};
+use crate::faces::select::median;
 use crate::{FacewrightError, Scale, Tracks};
 use geometry::{Mat3, Progress, Transform, Vec3};
 use nalgebra::{Matrix6, SMatrix, SVector, Vector6};

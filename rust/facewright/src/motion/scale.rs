@@ -1,7 +1,7 @@
 //! The size of the head: what it rests on, and how far it can be trusted.
 
 use super::report::PointMotion;
-use crate::select::median;
+use crate::faces::select::median;
 use crate::{FacewrightError, FrameTracks, Scale, Tracks};
 use geometry::{Camera, Transform};
 

@@ -2,11 +2,11 @@
 
 use super::commands::Summary;
 use super::{BoardArguments, Command, LensArguments};
-use facewright::calibration_picture::{of_camera, of_rig};
-use facewright::drawing::{DPI, Format};
+use drawing::{DPI, Format};
+use facewright::pictures::calibration::{of_camera, of_rig};
 use facewright::{
     CalibrateOptions, CalibratedCamera, FacewrightError, FrameSet, RigInput, SourcedCamera, calibrate, calibrate_rig,
-    check_folder, undistort, write_json,
+    check_folder, undistort, write_drawing, write_json,
 };
 use geometry::Progress;
 use serde_json::json;
@@ -56,7 +56,7 @@ fn one(
     progress: &Progress,
 ) -> Result<Summary, FacewrightError> {
     let calibrated = calibrate(&FrameSet::open(pictures, progress)?, options, progress)?;
-    drawn.map_or(Ok(()), |file| of_camera(&calibrated).write(file, DPI))?;
+    drawn.map_or(Ok(()), |file| write_drawing(file, &of_camera(&calibrated), DPI))?;
     write_json(output, &calibrated)?;
     let text = format!("{}, in {}{}", numbers(&calibrated), output.display(), listed(&calibrated.warnings));
     Ok(Summary { text, json: json!(calibrated) })
@@ -76,7 +76,7 @@ fn several(
     let cameras: Vec<RigInput> = rig.iter().map(open).collect::<Result<_, FacewrightError>>()?;
     let calibrated = calibrate_rig(&cameras, options, progress)?;
     let each = calibrated.cameras.iter();
-    drawn.map_or(Ok(()), |file| of_rig(&calibrated).write(file, DPI))?;
+    drawn.map_or(Ok(()), |file| write_drawing(file, &of_rig(&calibrated), DPI))?;
     write_json(output, &calibrated)?;
     let baseline = |k: usize| match &calibrated.cameras[k] {
         _ if k == 0 => String::new(),

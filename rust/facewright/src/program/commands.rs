@@ -1,13 +1,13 @@
 //! One function per command: arguments in, library call, files out.
 
 use super::{Arguments, Command};
-use facewright::board::{SheetOptions, sheet};
-use facewright::drawing::{DPI, Format};
-use facewright::match_picture::of_match;
+use drawing::{DPI, Format};
+use facewright::pictures::board::{SheetOptions, sheet};
+use facewright::pictures::matches::of_match;
 use facewright::{
     Assets, CalibratedRig, FacewrightError, FrameSet, HeadMotion, MatchOptions, MatchedPair, MotionOptions,
     ReconstructOptions, RigTracks, SourcedCamera, TrackClipOptions, Tracks, check_folder, match_pair, overlay,
-    reconstruct, solve_motion, solve_motion_on_rig, track, write_json,
+    reconstruct, solve_motion, solve_motion_on_rig, track, write_drawing, write_json,
 };
 use geometry::Progress;
 use image::imageops;
@@ -36,7 +36,7 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
             let [board] = board.boards()[..] else {
                 return Err(FacewrightError::Option { name: "--inner", expected: "one size for a board to print" });
             };
-            sheet(&board, &options)?.write(output, *dpi)?;
+            write_drawing(output, &sheet(&board, &options)?, *dpi)?;
             let text = format!("{}: print at 100 % and check the rulers", output.display());
             Ok(Summary { text, json: json!({ "board": output }) })
         }
@@ -164,7 +164,7 @@ fn draw_match(
 ) -> Result<(), FacewrightError> {
     let frames = FrameSet::open(&frames.map(PathBuf::clone), progress)?;
     let grey = |i: usize| frames.load(i).map(|picture| imageops::grayscale(&picture));
-    of_match(pair, &grey(0)?, &grey(1)?).write(file, DPI)
+    write_drawing(file, &of_match(pair, &grey(0)?, &grey(1)?), DPI)
 }
 
 /// Refuses a file that cannot be written before the work, not after it.

@@ -7,7 +7,7 @@ mod commands;
 mod watch;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use facewright::{Bend, KnownLength, Method, board::Page};
+use facewright::{Bend, KnownLength, Method, pictures::board::Page};
 use geometry::Board;
 use std::path::PathBuf;
 use std::process::ExitCode;

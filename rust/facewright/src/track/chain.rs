@@ -4,7 +4,7 @@ use super::findings::{Findings, Loss};
 use super::search::REFERENCE_PX;
 use super::sequence::{Sequence, Shot};
 use crate::FacewrightError;
-use crate::matching::PAPER_WINDOW;
+use crate::track::pair::PAPER_WINDOW;
 use geometry::{Progress, Vec2};
 use vision::corners::{CornerOptions, Spread, detect};
 use vision::correct::{LocalAdjustmentOptions, Match, local_adjustment};

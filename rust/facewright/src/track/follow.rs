@@ -112,8 +112,8 @@ fn follow_from(reference: usize, scenes: &[Scene], options: &FollowOptions) -> R
 }
 
 /// The chosen frame nearest to each wanted yaw, each once.
-pub(super) fn references(frames: &[TrackedFrame], options: &FollowOptions) -> Vec<usize> {
-    let yaw = |i: usize| crate::select::yaw_pitch(&frames[i].cam_from_head).0.to_degrees();
+pub(crate) fn references(frames: &[TrackedFrame], options: &FollowOptions) -> Vec<usize> {
+    let yaw = |i: usize| crate::faces::select::yaw_pitch(&frames[i].cam_from_head).0.to_degrees();
     let mut references = Vec::new();
     for wanted in &options.reference_yaws_deg {
         let nearest = (0..frames.len()).min_by(|&a, &b| (yaw(a) - wanted).abs().total_cmp(&(yaw(b) - wanted).abs()));

@@ -6,21 +6,21 @@
 //! - [`Measured`]: poses of the frames between those, by points of the head that they gave.
 //! - [`Anchors`]: the points of one frame in others, predicted by the head's [`Surface`].
 
-mod between;
 mod chain;
 mod findings;
-mod follow;
+pub(crate) mod follow;
 mod given;
+pub(crate) mod pair;
 mod region;
 mod relay;
-mod search;
+pub(crate) mod search;
 mod sequence;
-mod surface;
+pub(crate) mod surface;
 mod tracks;
 
-pub use between::{Measured, PosedFrame, lenders};
 pub use follow::{FaceTrack, FollowOptions, TrackedFrame, follow};
 pub use given::given;
+pub use pair::{MatchOptions, MatchedPair, Matches, match_pair};
 pub use search::{Anchors, Scene, Search, SearchOptions, Seed, Sighting, seeds};
 pub use sequence::{TrackClipOptions, track};
 pub use surface::{Surface, View};

@@ -12,8 +12,8 @@ use super::search::{Anchors, REFERENCE_PX, Scene, Search, SearchOptions, Seed, s
 use super::surface::{SkinPoint, Surface, View};
 use super::{FrameTracks, PointTrack, Tracks};
 use crate::camera::starting_camera;
+use crate::faces::select::{SelectOptions, judge_all, yaw_pitch};
 use crate::faces::{Faces, TrackedSkin, check_interocular};
-use crate::select::{SelectOptions, judge_all, yaw_pitch};
 use crate::{Assets, CameraSource, FacewrightError, FrameSet, Method, SourcedCamera};
 use geometry::mesh::at_barycentric;
 use geometry::{Camera, Progress, Transform, Vec2, Vec3};

@@ -3,7 +3,7 @@
 use geometry::{Camera, Transform, Vec2, Vec3, mesh};
 use image::{GrayImage, Luma};
 use nalgebra::Matrix2;
-use texture::raster::{self, Fragment, NO_TRIANGLE, Window};
+use raster::{Fragment, NO_TRIANGLE, Window};
 use vision::track::Guess;
 
 /// A place of the skin this far behind what covers it is hidden, metres: more than the head's error, less than a nose.

@@ -1,0 +1,235 @@
+//! Cameras from pictures of a board.
+//!
+//! # Entry points
+//! - [`calibrate`]: one camera; [`calibrate_rig`]: several at once, and where they stand.
+//!
+//! # How
+//! The board is looked for in every picture ([`detection`]); of a film, pictures that differ are taken ([`choice`]); the
+//! camera is `motion::calibrate`'s.
+
+mod choice;
+mod detection;
+mod rig;
+mod undistort;
+
+pub use rig::{CalibratedRig, MountedCamera, RigInput, calibrate_rig};
+pub use undistort::undistort;
+
+use crate::{CameraSource, FacewrightError, FrameSet, SourcedCamera};
+use detection::Detection;
+use geometry::{Board, Progress, Transform};
+use motion::calibrate::{BoardBend, BoardView, CalibrateWarning, Calibration, CameraDeviations, ViewFit};
+use serde::{Deserialize, Serialize};
+
+/// Whether to solve for a bend of the board.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Bend {
+    /// The board is flat; a clear bend is warned of.
+    Never,
+    /// The board is flat, unless a camera that allows for a bend predicts each picture better that was left out.
+    #[default]
+    Judged,
+    /// The board may be bent.
+    Always,
+}
+
+/// The board that was filmed, and the model of the lens.
+#[derive(Clone, Debug)]
+pub struct CalibrateOptions {
+    /// The boards that a picture may show.
+    pub boards: Vec<Board>,
+    /// Whether both focal lengths are equal.
+    pub square_pixels: bool,
+    /// Radial terms, 0 to 3; the paper has `k1, k2`.
+    pub distortion_terms: usize,
+    /// Whether to solve for the tangential terms `p1, p2`.
+    pub tangential: bool,
+    /// Whether to solve for a bend of the board. A rig's is solved for only where that is asked for always.
+    pub bend: Bend,
+}
+
+impl Default for CalibrateOptions {
+    /// The paper's board and lens.
+    fn default() -> Self {
+        let boards = vec![Board::checkerboard(9, 6, 0.0255)];
+        Self { boards, square_pixels: false, distortion_terms: 2, tangential: false, bend: Bend::default() }
+    }
+}
+
+impl CalibrateOptions {
+    fn check(&self) -> Result<(), FacewrightError> {
+        let positive = |b: &Board| b.square > 0.0 && b.square.is_finite();
+        if !self.boards.iter().all(positive) {
+            return Err(FacewrightError::Option { name: "the board's square", expected: "longer than 0 mm" });
+        }
+        if self.distortion_terms > 3 {
+            return Err(FacewrightError::Option { name: "the number of distortion terms", expected: "0 to 3" });
+        }
+        Ok(())
+    }
+
+    fn model(&self) -> motion::calibrate::CalibrateOptions {
+        let Self { square_pixels, distortion_terms, tangential, .. } = *self;
+        let bend = self.bend == Bend::Always;
+        motion::calibrate::CalibrateOptions { square_pixels, distortion_terms, tangential, bend, ..Default::default() }
+    }
+}
+
+/// A corner of the board: its number row by row, where it was seen and by how much the camera puts it elsewhere (seen less
+/// projected), pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SeenCorner(pub usize, pub [f64; 2], pub [f64; 2]);
+
+/// What became of one picture.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct BoardImage {
+    /// File name without extension.
+    pub name: String,
+    /// Whether the board was found.
+    pub found: bool,
+    /// Whether the camera was calibrated from it.
+    pub used: bool,
+    /// Why not.
+    pub reason: Option<String>,
+    /// Which of the boards it shows.
+    pub board: Option<usize>,
+    /// Root mean square reprojection error of its corners, pixels.
+    pub rms_px: Option<f64>,
+    /// Largest error of a corner, pixels.
+    pub worst_px: Option<f64>,
+    /// The same as `rms_px` with a camera calibrated without this picture.
+    pub hold_out_rms_px: Option<f64>,
+    /// Pose of the board, four rows.
+    pub cam_from_board: Option<Transform>,
+    /// Its corners, where it was used.
+    #[serde(default)]
+    pub corners: Vec<SeenCorner>,
+}
+
+/// `camera.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CalibratedCamera {
+    /// The camera.
+    #[serde(flatten)]
+    pub camera: SourcedCamera,
+    /// Root mean square reprojection error of all corners, pixels.
+    pub rms_px: f64,
+    /// The same of corners in pictures that were left out.
+    pub hold_out_rms_px: Option<f64>,
+    /// Standard deviations.
+    pub deviations: CameraDeviations,
+    /// How far the board is from flat, where the pictures tell.
+    pub bend: Option<BoardBend>,
+    /// The boards looked for.
+    pub boards: Vec<Board>,
+    /// Each picture.
+    pub images: Vec<BoardImage>,
+    /// What to photograph next, and what to distrust.
+    pub warnings: Vec<String>,
+}
+
+/// Calibrates a camera by Zhang's method from pictures of a board.
+pub fn calibrate(
+    pictures: &FrameSet,
+    options: &CalibrateOptions,
+    progress: &Progress,
+) -> Result<CalibratedCamera, FacewrightError> {
+    options.check()?;
+    let detections = detection::detect_all(pictures, &options.boards, progress)?;
+    let used = choice::choose(&detections, &options.boards, (pictures.width, pictures.height));
+    let views: Vec<BoardView> = used.iter().filter_map(|&i| view(&detections[i], &options.boards)).collect();
+    if views.len() < 3 {
+        let hint = detections.iter().find_map(|d| d.as_ref().err()).map_or(String::new(), ToString::to_string);
+        return Err(FacewrightError::TooFewBoards { found: views.len(), pictures: pictures.len(), hint });
+    }
+    progress.stage("calibrate")?;
+    let shown = |i: &usize| detections[*i].as_ref().ok().map(|found| found.board);
+    let one_board = used.windows(2).all(|pair| shown(&pair[0]) == shown(&pair[1]));
+    let (solved, allowed_for) = solve(&views, pictures, options, one_board)?;
+    let mut images = images(pictures, &detections);
+    for (&i, fit) in used.iter().zip(&solved.views) {
+        fill(&mut images[i], &detections[i], fit);
+    }
+    let name = |k: usize| pictures.frames[used[k]].name.as_str();
+    Ok(CalibratedCamera {
+        camera: SourcedCamera { camera: solved.camera, source: CameraSource::Board },
+        rms_px: solved.rms_px,
+        hold_out_rms_px: solved.hold_out_rms_px,
+        deviations: solved.deviations,
+        bend: solved.bend,
+        boards: options.boards.clone(),
+        images,
+        warnings: solved.warnings.iter().map(|w| sentence(w, name)).chain(allowed_for).collect(),
+    })
+}
+
+/// The camera, and a warning where it allows for a bent board without having been told to.
+fn solve(
+    views: &[BoardView],
+    pictures: &FrameSet,
+    options: &CalibrateOptions,
+    one_board: bool,
+) -> Result<(Calibration, Option<String>), FacewrightError> {
+    let (width, height, model) = (pictures.width, pictures.height, options.model());
+    let flat = motion::calibrate::calibrate(views, width, height, &model)?;
+    let Some(bend) = flat.bend.filter(|b| b.is_significant() && one_board && options.bend == Bend::Judged) else {
+        return Ok((flat, None));
+    };
+    let free = motion::calibrate::CalibrateOptions { bend: true, ..model };
+    let bent = motion::calibrate::calibrate(views, width, height, &free);
+    let better = |bent: &Calibration| {
+        let pairs = bent.views.iter().zip(&flat.views);
+        pairs.map(|(b, f)| Some(b.hold_out_rms_px? < f.hold_out_rms_px?)).all(|better| better == Some(true))
+    };
+    let Some(bent) = bent.ok().filter(better) else { return Ok((flat, None)) };
+    let warning = format!(
+        "the board is not flat, it bulges by {:.2} ± {:.2} mm: this was allowed for, but a print glued onto glass or a stiff \
+         board gives a better camera",
+        bend.bulge_mm, bend.deviation_mm
+    );
+    Ok((bent, Some(warning)))
+}
+
+/// A warning, with the picture's name where it is about one.
+fn sentence<'a>(warning: &CalibrateWarning, name: impl Fn(usize) -> &'a str) -> String {
+    match warning {
+        CalibrateWarning::BadView { view, .. } => {
+            warning.to_string().replacen(&format!("picture {}", view + 1), &format!("picture {}", name(*view)), 1)
+        }
+        _ => warning.to_string(),
+    }
+}
+
+/// What a picture shows, for the solver.
+fn view(detection: &Detection, boards: &[Board]) -> Option<BoardView> {
+    let found = detection.as_ref().ok()?;
+    let points = boards[found.board].points();
+    Some(BoardView {
+        points: found.corners.iter().map(|c| points[c.index]).collect(),
+        pixels: found.corners.iter().map(|c| c.position).collect(),
+    })
+}
+
+/// The pictures before the camera is known.
+fn images(pictures: &FrameSet, detections: &[Detection]) -> Vec<BoardImage> {
+    let image = |(frame, detection): (&crate::Frame, &Detection)| BoardImage {
+        name: frame.name.clone(),
+        found: detection.is_ok(),
+        reason: Some(detection.as_ref().err().map_or_else(|| choice::TOO_ALIKE.to_owned(), ToString::to_string)),
+        board: detection.as_ref().ok().map(|found| found.board),
+        ..BoardImage::default()
+    };
+    pictures.frames.iter().zip(detections).map(image).collect()
+}
+
+/// What the solver says of a picture it used.
+fn fill(image: &mut BoardImage, detection: &Detection, fit: &ViewFit) {
+    image.used = true;
+    image.reason = None;
+    image.rms_px = Some(fit.rms_px);
+    image.worst_px = Some(fit.worst_px);
+    image.hold_out_rms_px = fit.hold_out_rms_px;
+    image.cam_from_board = Some(fit.cam_from_board);
+    let seen = detection.iter().flat_map(|found| &found.corners).zip(&fit.residuals);
+    image.corners = seen.map(|(c, residual)| SeenCorner(c.index, c.position.into(), *residual)).collect();
+}

@@ -1,0 +1,218 @@
+//! Which frames shape and texture are taken from, and why not from the others; clips that show no depth.
+
+use crate::FacewrightError;
+use geometry::Transform;
+use std::collections::BTreeMap;
+
+/// What is known of a frame when frames are chosen.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// Pose from the landmarks.
+    pub cam_from_head: Transform,
+    /// Distance of its landmarks from the fitted head, root mean square pixels over inner landmarks.
+    pub rms_px: f64,
+    /// As [`crate::faces::observe::Observation::sharpness`].
+    pub sharpness: f64,
+    /// Strength of its expression: largest fitted coefficient beyond the clip's own median.
+    pub expression: f64,
+    /// Strength of `eyeBlink*`, the larger of both.
+    pub blink: f64,
+}
+
+/// What makes a frame usable.
+#[derive(Clone, Copy, Debug)]
+pub struct SelectOptions {
+    /// At most so many frames are used.
+    pub max_frames: usize,
+    /// Frames closer in direction than this are duplicates, degrees.
+    pub min_turn_deg: f64,
+    /// Least sharpness relative to the clip's median.
+    pub min_sharpness: f64,
+    /// Largest landmark residual relative to the clip's median.
+    pub max_rms: f64,
+    /// Strongest expression.
+    pub max_expression: f64,
+    /// Strongest blink.
+    pub max_blink: f64,
+}
+
+impl Default for SelectOptions {
+    fn default() -> Self {
+        Self {
+            max_frames: 36,
+            min_turn_deg: 0.7,
+            min_sharpness: 0.45,
+            max_rms: 2.2,
+            max_expression: 0.45,
+            max_blink: 0.55,
+        }
+    }
+}
+
+/// Yaw and pitch of the head as the camera sees it, radians: positive yaw turns the nose to image right, positive pitch
+/// lifts it.
+pub fn yaw_pitch(cam_from_head: &Transform) -> (f64, f64) {
+    let nose = cam_from_head.rotation * geometry::Vec3::z();
+    (nose.x.atan2(-nose.z), (-nose.y).asin())
+}
+
+/// Chooses frames: `reasons[i]` is `Ok` for a used frame and says why otherwise. `None` candidates have no face.
+///
+/// Sharp frames with a quiet face are kept; of those that look alike the best; then, while there are too many, the one
+/// whose neighbours in direction are nearest is left out.
+pub fn select(candidates: &[Option<Candidate>], options: &SelectOptions) -> Vec<Result<String, String>> {
+    let judged = judge_all(candidates, options);
+    let mut order: Vec<usize> = (0..candidates.len()).filter(|&i| judged[i].is_ok()).collect();
+    let quality = |i: usize| judged[i].as_ref().copied().unwrap_or(0.0);
+    order.sort_by(|&a, &b| quality(b).total_cmp(&quality(a)).then(a.cmp(&b)));
+    let direction = |i: usize| candidates[i].as_ref().map(|c| yaw_pitch(&c.cam_from_head)).unwrap_or_default();
+    let turn = |a: usize, b: usize| {
+        let ((yaw_a, pitch_a), (yaw_b, pitch_b)) = (direction(a), direction(b));
+        (yaw_a - yaw_b).hypot(pitch_a - pitch_b).to_degrees()
+    };
+    let mut chosen: Vec<usize> = Vec::new();
+    let mut duplicate_of = BTreeMap::new();
+    for i in order {
+        match chosen.iter().find(|&&j| turn(i, j) < options.min_turn_deg) {
+            Some(&j) => drop(duplicate_of.insert(i, j)),
+            None => chosen.push(i),
+        }
+    }
+    while chosen.len() > options.max_frames {
+        // The two nearest together: the ends of the turn have neighbours on one side only, and stay.
+        let crowding = |i: usize| {
+            let mut turns: Vec<f64> = chosen.iter().filter(|&&j| j != i).map(|&j| turn(i, j)).collect();
+            turns.sort_by(f64::total_cmp);
+            turns.iter().take(2).sum::<f64>()
+        };
+        let crowded = chosen.iter().copied().min_by(|&a, &b| crowding(a).total_cmp(&crowding(b)).then(b.cmp(&a)));
+        chosen.retain(|&i| Some(i) != crowded);
+    }
+    let verdict = |(i, judged): (usize, Result<f64, String>)| {
+        judged.and_then(|_| {
+            if chosen.contains(&i) {
+                Ok(format!("yaw {:+.0}°", direction(i).0.to_degrees()))
+            } else if duplicate_of.contains_key(&i) {
+                Err("looks like a better frame that is used".into())
+            } else {
+                Err("enough frames from this side".into())
+            }
+        })
+    };
+    judged.into_iter().enumerate().map(verdict).collect()
+}
+
+/// Of each frame a quality to rank by, or why it is of no use for shape and texture.
+pub fn judge_all(candidates: &[Option<Candidate>], options: &SelectOptions) -> Vec<Result<f64, String>> {
+    let known: Vec<&Candidate> = candidates.iter().flatten().collect();
+    let sharpness = median(known.iter().map(|c| c.sharpness));
+    let rms = median(known.iter().map(|c| c.rms_px));
+    let judged =
+        |c: &Option<Candidate>| c.as_ref().map_or(Err("no face".into()), |c| judge(c, sharpness, rms, options));
+    candidates.iter().map(judged).collect()
+}
+
+/// A quality to rank by, or why the frame is of no use.
+fn judge(c: &Candidate, sharpness: f64, rms: f64, options: &SelectOptions) -> Result<f64, String> {
+    let relative = c.sharpness / sharpness.max(f64::MIN_POSITIVE);
+    if relative < options.min_sharpness {
+        return Err(format!("blurred: {:.0} % of the clip's usual sharpness", 100.0 * relative));
+    }
+    if c.rms_px > options.max_rms * rms {
+        return Err(format!("face covered or misread: landmarks {:.1} px off", c.rms_px));
+    }
+    if c.blink > options.max_blink {
+        return Err("eyes closed".into());
+    }
+    if c.expression > options.max_expression {
+        return Err(format!("expression too strong ({:.2})", c.expression));
+    }
+    Ok(relative.min(1.5) - c.expression - c.blink - 0.3 * c.rms_px / rms.max(f64::MIN_POSITIVE))
+}
+
+/// Turned by less than this, a head shows no depth, degrees.
+const LEAST_TURN_DEG: f64 = 6.0;
+/// A head that turns so little while it comes nearer, or seems to, by this factor is zoomed at, or walks.
+const ZOOM: f64 = 1.15;
+
+/// Refuses poses that show no depth: the head neither turns, nor does a zoom help.
+pub fn check_turn(poses: &[Transform]) -> Result<(), FacewrightError> {
+    let pairs = poses.iter().enumerate().flat_map(|(k, a)| poses[k + 1..].iter().map(|b| a.angle_to(b)));
+    let degrees = pairs.fold(0.0, f64::max).to_degrees();
+    if degrees >= LEAST_TURN_DEG {
+        return Ok(());
+    }
+    let depths = poses.iter().map(|pose| pose.translation.z);
+    let (near, far) = depths.fold((f64::MAX, f64::MIN), |(near, far), z| (near.min(z), far.max(z)));
+    if far > ZOOM * near {
+        Err(FacewrightError::OnlyZoom { growth: far / near, degrees })
+    } else {
+        Err(FacewrightError::NoRotation { degrees })
+    }
+}
+
+/// How often each reason occurs, without what differs from frame to frame: `3 blurred, 2 eyes closed`.
+pub fn tally<'a>(reasons: impl Iterator<Item = &'a str>) -> String {
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for reason in reasons {
+        *counts.entry(reason.split([':', '(']).next().unwrap_or(reason).trim()).or_default() += 1;
+    }
+    counts.iter().map(|(reason, n)| format!("{n} {reason}")).collect::<Vec<_>>().join(", ")
+}
+
+/// Middle value; 0 for none.
+pub fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geometry::Vec3;
+    use nalgebra::Rotation3;
+
+    fn looking(yaw_deg: f64) -> Candidate {
+        let facing = Rotation3::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI);
+        let turn = Rotation3::from_axis_angle(&Vec3::y_axis(), yaw_deg.to_radians());
+        let cam_from_head = Transform::new(facing * turn, Vec3::new(0.0, 0.0, 0.7));
+        Candidate { cam_from_head, rms_px: 1.0, sharpness: 1.0, expression: 0.1, blink: 0.1 }
+    }
+
+    fn used(result: &[Result<String, String>]) -> Vec<usize> {
+        (0..result.len()).filter(|&i| result[i].is_ok()).collect()
+    }
+
+    #[test]
+    fn yaw_is_positive_to_image_right() {
+        let (yaw, pitch) = yaw_pitch(&looking(20.0).cam_from_head);
+        assert!((yaw.to_degrees() - 20.0).abs() < 1e-9 && pitch.abs() < 1e-9);
+    }
+
+    #[test]
+    fn each_unfit_frame_gets_its_reason() {
+        let mut clip: Vec<_> = (0..9).map(|i| Some(looking(f64::from(i) * 5.0 - 20.0))).collect();
+        clip[1].as_mut().unwrap().sharpness = 0.2;
+        clip[2].as_mut().unwrap().blink = 0.9;
+        clip[3].as_mut().unwrap().rms_px = 4.0;
+        clip[4] = None;
+        clip[5].as_mut().unwrap().expression = 0.8;
+        let result = select(&clip, &SelectOptions::default());
+        let reason = |i: usize| result[i].clone().unwrap_err();
+        assert!(reason(1).contains("blurred") && reason(2).contains("eyes closed") && reason(3).contains("covered"));
+        assert!(reason(4).contains("no face") && reason(5).contains("expression"));
+        assert_eq!(used(&result), [0, 6, 7, 8]);
+    }
+
+    #[test]
+    fn a_long_rest_at_one_side_does_not_crowd_out_the_turn() {
+        let mut clip: Vec<_> = (0..100).map(|i| Some(looking(f64::from(i) * 0.001))).collect();
+        clip.extend((1..=30).map(|i| Some(looking(f64::from(i)))));
+        let options = SelectOptions { max_frames: 10, ..SelectOptions::default() };
+        let chosen = used(&select(&clip, &options));
+        assert_eq!(chosen.len(), 10);
+        assert!(chosen.iter().filter(|&&i| i < 100).count() <= 1);
+        assert!(chosen.contains(&129), "the end of the turn is kept: {chosen:?}");
+    }
+}

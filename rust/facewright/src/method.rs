@@ -1,0 +1,14 @@
+//! The paper's way or ours.
+
+use serde::{Deserialize, Serialize};
+
+/// Which chain of steps to run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// The steps of Liang, Pan, Chen 2004.
+    Paper,
+    /// Ours.
+    #[default]
+    Default,
+}

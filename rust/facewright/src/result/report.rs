@@ -1,0 +1,144 @@
+//! The report of a reconstruction: what `report.json` holds.
+
+use crate::{CameraSource, FacewrightError, Method, SourcedCamera};
+use geometry::{Camera, Transform};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// What became of one frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrameReport {
+    /// File name without extension.
+    pub name: String,
+    /// Whether shape and texture were taken from it.
+    pub used: bool,
+    /// Why, or why not.
+    pub reason: String,
+    /// Head pose; `null` where no face was found.
+    pub cam_from_head: Option<Transform>,
+    /// Root mean square distance of its observations from the model, pixels.
+    pub reprojection_rms_px: Option<f64>,
+}
+
+/// The size of the head and what it rests on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Scale {
+    /// What fixed the size.
+    pub source: String,
+    /// Metres per unit of the files written: 1.
+    pub metres_per_unit: f64,
+    /// Standard deviation of the size, as part of it; 0 in reports that do not tell.
+    #[serde(default)]
+    pub relative_sigma: f64,
+}
+
+/// Spread of people's heads around the usual one, by pupils and irises.
+const USUAL_SIGMA: f64 = 0.04;
+/// What a pair of pupils can be measured to, metres.
+const PUPILS_SIGMA_M: f64 = 0.001;
+
+impl Scale {
+    /// Metres, by what is said in `source`.
+    pub(crate) fn metric(source: String, relative_sigma: f64) -> Self {
+        Self { source, metres_per_unit: 1.0, relative_sigma }
+    }
+
+    /// By the eyes: their usual distance and size, or the distance of the pupils, metres, where it was measured.
+    pub(crate) fn of_eyes(interocular: Option<f64>) -> Self {
+        match interocular {
+            Some(metres) => {
+                let source = format!("distance between the pupils, given as {:.1} mm", 1000.0 * metres);
+                Self::metric(source, PUPILS_SIGMA_M / metres)
+            }
+            None => Self::metric("usual distance of the pupils and diameter of the iris".to_owned(), USUAL_SIGMA),
+        }
+    }
+}
+
+/// How well the head fits what was seen.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct FitReport {
+    /// Components of the face class that were used.
+    pub components: usize,
+    /// Root mean square of the class's coefficients, in its standard deviations: above 2, the face is unusual for it.
+    pub coefficient_rms: f64,
+    /// Part of the points' observations that one motion of the head explains, 0…1.
+    pub rigid_agreement: f64,
+    /// Median distance of the measured points from the head's surface, millimetres.
+    pub points_median_mm: f64,
+    /// Median distance of the landmarks from their anchors, pixels.
+    pub landmarks_median_px: f64,
+    /// Distance between the eyeballs' centres, millimetres.
+    pub interocular_mm: f64,
+}
+
+/// How the texture was made.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TextureReport {
+    /// Width and height, pixels.
+    pub size: u32,
+    /// Part of the skin's texels that some frame saw, 0…1.
+    pub seen: f64,
+    /// The light of the room as the frames showed it; `overlay` lights the head with it.
+    pub shading: Option<texture::Shading>,
+    /// Gain of each used frame, red, green, blue.
+    pub gains: BTreeMap<String, [f64; 3]>,
+}
+
+/// `report.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// Version of Facewright.
+    pub version: String,
+    /// Chain of steps.
+    pub method: Method,
+    /// The camera.
+    pub camera: SourcedCamera,
+    /// Every frame given.
+    pub frames: Vec<FrameReport>,
+    /// Number of measured 3D points.
+    pub points: usize,
+    /// iBUG landmarks on the result, head frame, metres.
+    pub landmarks68: Vec<[f64; 3]>,
+    /// Size.
+    pub scale: Scale,
+    /// Fit.
+    pub fit: FitReport,
+    /// Texture.
+    pub texture: TextureReport,
+    /// Seconds per stage.
+    pub timings_s: BTreeMap<String, f64>,
+    /// What the artist should know.
+    pub warnings: Vec<String>,
+}
+
+impl Report {
+    /// The report of a head that nothing was measured of.
+    pub(crate) fn empty() -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            method: Method::Default,
+            camera: SourcedCamera { camera: Camera::centred(1, 1, 1.0), source: CameraSource::Estimated },
+            frames: Vec::new(),
+            points: 0,
+            landmarks68: Vec::new(),
+            scale: Scale::metric("generic head".to_owned(), 0.0),
+            fit: FitReport::default(),
+            texture: TextureReport::default(),
+            timings_s: BTreeMap::new(),
+            warnings: Vec::new(),
+        }
+    }
+
+    /// Reads `report.json`.
+    pub fn read(path: &Path) -> Result<Self, FacewrightError> {
+        let no_result = |reason: String| FacewrightError::NoResult {
+            path: path.parent().unwrap_or(Path::new(".")).to_owned(),
+            reason,
+        };
+        let text = std::fs::read_to_string(path).map_err(|e| no_result(format!("report.json: {e}")))?;
+        serde_json::from_str(&text).map_err(|e| no_result(format!("report.json: {e}")))
+    }
+}

@@ -1,0 +1,154 @@
+//! Textures of the finished shape: the skin's atlas from the chosen frames, and the eyes' picture from the irises.
+
+use crate::faces::clip::Clip;
+use crate::{FacewrightError, Method, TextureReport};
+use geometry::{Camera, Progress, Transform, Vec2, Vec3};
+use head::{GenericHead, part};
+use image::{Rgba, RgbaImage, imageops};
+use std::collections::BTreeMap;
+use texture::iris::{EyeColours, EyeView, measure, paint};
+use texture::{BakeOptions, Baked, Occluder, Surface, View, bake, choose_views};
+
+/// Frames that the texture is made of.
+const VIEWS: usize = 16;
+/// Side of one eye's picture, pixels.
+const EYE_SIZE: u32 = 512;
+/// Where the head's eye map has the equator of an eyeball, in halves of one eye's picture.
+const EYE_EQUATOR: f64 = 0.768;
+/// An average brown eye, for people who never open theirs in the clip.
+const UNSEEN_IRIS: [f64; 3] = [74.0, 52.0, 38.0];
+const UNSEEN_WHITE: [f64; 3] = [205.0, 196.0, 190.0];
+
+/// Skin and eyes.
+pub struct Skin {
+    /// The skin's texture.
+    pub texture: RgbaImage,
+    /// Both eyes, the subject's right one in the left half.
+    pub eyes: RgbaImage,
+    /// How it was made.
+    pub report: TextureReport,
+    /// What the artist should know.
+    pub warnings: Vec<String>,
+}
+
+/// Makes the textures. `poses` are those of the chosen frames.
+pub fn make_skin(
+    head: &GenericHead,
+    positions: &[Vec3],
+    clip: &Clip,
+    camera: &Camera,
+    poses: &[Transform],
+    (size, method): (u32, Method),
+    progress: &Progress,
+) -> Result<Skin, FacewrightError> {
+    let sharpness: Vec<f64> = clip.chosen.iter().map(|c| clip.observations[c.index].sharpness).collect();
+    let picked = choose_views(poses, &sharpness, VIEWS);
+    let views: Vec<View> = picked
+        .iter()
+        .map(|&i| View {
+            image: &clip.chosen[i].picture,
+            camera: *camera,
+            cam_from_head: poses[i],
+            mask: None,
+            sharpness: sharpness[i],
+        })
+        .collect();
+    let options = BakeOptions {
+        size,
+        method: match method {
+            Method::Paper => texture::Method::Paper,
+            Method::Default => texture::Method::Default,
+        },
+        ..BakeOptions::default()
+    };
+    let baked = bake_skin(head, positions, &views, &options, progress)?;
+    let (eyes, mut warnings) = make_eyes(clip, skin_colour(&baked.texture));
+    warnings.extend(baked.warnings.iter().map(ToString::to_string));
+    let name = |i: usize| clip.chosen[i].index;
+    let gains = picked.iter().zip(&baked.views).filter(|(_, v)| v.used).map(|(&i, v)| (name(i), v.gain)).collect();
+    let report = report(size, &baked, gains, clip);
+    Ok(Skin { texture: baked.texture, eyes, report, warnings })
+}
+
+fn report(size: u32, baked: &Baked, gains: BTreeMap<usize, [f64; 3]>, clip: &Clip) -> TextureReport {
+    let names = gains.into_iter().map(|(i, gain)| (clip.names[i].clone(), gain)).collect();
+    TextureReport { size, seen: baked.coverage, shading: baked.shading.clone(), gains: names }
+}
+
+fn bake_skin(
+    head: &GenericHead,
+    positions: &[Vec3],
+    views: &[View],
+    options: &BakeOptions,
+    progress: &Progress,
+) -> Result<Baked, FacewrightError> {
+    let skin = head.skin();
+    let triangles = head.triangles(skin);
+    let corner = |uv: &[[f32; 2]; 4], k: usize| Vec2::new(f64::from(uv[k][0]), f64::from(uv[k][1]));
+    let uvs: Vec<[Vec2; 3]> = head.uvs[skin.quads.clone()]
+        .iter()
+        .flat_map(|uv| [[0, 1, 2].map(|k| corner(uv, k)), [0, 2, 3].map(|k| corner(uv, k))])
+        .collect();
+    let weight: Vec<f64> = head.cavity.iter().map(|&hidden| if hidden { 0.0 } else { 1.0 }).collect();
+    let surface =
+        Surface { positions, triangles: &triangles, uvs: &uvs, weight: Some(&weight), mirror: Some(&head.mirror) };
+    // Eyeballs stand before the sockets; teeth and tongue lie behind closed lips.
+    let eyes: Vec<Vec<[u32; 3]>> =
+        [part::EYE_LEFT, part::EYE_RIGHT].iter().filter_map(|n| head.part(n)).map(|p| head.triangles(p)).collect();
+    let occluders: Vec<Occluder> = eyes.iter().map(|triangles| Occluder { positions, triangles }).collect();
+    Ok(bake(&surface, &occluders, views, options, progress)?)
+}
+
+/// Both eyes side by side as the head's eye map wants them; an eye that no frame shows takes the other's colours.
+fn make_eyes(clip: &Clip, skin: Option<[f64; 3]>) -> (RgbaImage, Vec<String>) {
+    let unshaded = |eye: EyeColours| skin.map_or(eye.clone(), |s| eye.unshaded(s));
+    let [left, right] = [0, 1].map(|side| measure(&eye_views(clip, side)).map(unshaded));
+    let mut warnings = Vec::new();
+    if left.is_none() && right.is_none() {
+        warnings.push("no frame shows the irises: the eyes got an average colour".to_owned());
+    }
+    let usual = EyeColours::plain(UNSEEN_IRIS, UNSEEN_WHITE);
+    let left_colours = left.as_ref().or(right.as_ref()).unwrap_or(&usual);
+    let right_colours = right.as_ref().or(left.as_ref()).unwrap_or(&usual);
+    (both_eyes(right_colours, left_colours), warnings)
+}
+
+/// The colour of the skin as the frames showed it: the upper quartile of each channel, because hair, beard and lips are darker.
+fn skin_colour(texture: &RgbaImage) -> Option<[f64; 3]> {
+    let seen: Vec<[u8; 3]> =
+        texture.pixels().step_by(61).filter(|p| p.0[3] == 255).map(|p| [p.0[0], p.0[1], p.0[2]]).collect();
+    let quartile = |c: usize| {
+        let mut values: Vec<u8> = seen.iter().map(|p| p[c]).collect();
+        values.sort_unstable();
+        values.get(3 * values.len() / 4).map(|&v| f64::from(v))
+    };
+    Some([quartile(0)?, quartile(1)?, quartile(2)?])
+}
+
+/// The subject's right eye in the left half.
+fn both_eyes(right: &EyeColours, left: &EyeColours) -> RgbaImage {
+    let mut picture = RgbaImage::new(2 * EYE_SIZE, EYE_SIZE);
+    for (colours, x) in [(right, 0), (left, i64::from(EYE_SIZE))] {
+        imageops::replace(&mut picture, &paint(colours, EYE_SIZE, EYE_EQUATOR), x, 0);
+    }
+    picture
+}
+
+fn eye_views(clip: &Clip, side: usize) -> Vec<EyeView<'_>> {
+    let seen = clip.chosen.iter().filter_map(|chosen| Some((chosen, &clip.face(chosen)?.irises[side])));
+    seen.filter(|(_, iris)| iris.visible)
+        .map(|(chosen, iris)| EyeView {
+            image: &chosen.picture,
+            centre: iris.centre,
+            radius: iris.radius,
+            opening: &iris.eye_contour,
+        })
+        .collect()
+}
+
+/// Plain textures for a head without frames: skin and eyes.
+pub fn plain() -> (RgbaImage, RgbaImage) {
+    let colours = EyeColours::plain(UNSEEN_IRIS, UNSEEN_WHITE);
+    let skin = RgbaImage::from_pixel(16, 16, Rgba([198, 156, 134, 255]));
+    (skin, both_eyes(&colours, &colours))
+}
