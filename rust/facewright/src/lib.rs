@@ -23,12 +23,14 @@ mod error;
 mod faces;
 mod files;
 mod frames;
+mod given;
 mod head;
 mod method;
 mod motion;
 pub mod pictures;
 mod reconstruct;
 mod result;
+mod size;
 mod solve;
 mod texture;
 mod track;
@@ -38,17 +40,18 @@ pub use self::calibrate::{
     calibrate, calibrate_rig, undistort,
 };
 pub use self::motion::{
-    FrameMotion, HeadMotion, KnownLength, MotionOptions, PointMotion, RigTracks, Roughness, solve_motion,
-    solve_motion_on_rig,
+    FrameMotion, HeadMotion, MotionOptions, PointMotion, RigTracks, Roughness, solve_motion, solve_motion_on_rig,
 };
 pub use assets::Assets;
 pub use camera::{CameraSource, SourcedCamera};
 pub use error::FacewrightError;
 pub use files::{check_folder, write_drawing, write_json, write_text};
 pub use frames::{Frame, FrameSet};
+pub use given::Given;
 pub use method::Method;
 pub use reconstruct::{ReconstructOptions, generic_head, reconstruct};
 pub use result::{FitReport, FrameReport, Reconstruction, Report, Scale, TextureReport, overlay};
+pub use size::{KnownLength, SizeOptions};
 pub use track::{
     FrameTracks, MatchOptions, MatchedPair, Matches, PointObservation, PointTrack, Region, TrackClipOptions, Tracks,
     match_pair, track,

@@ -2,7 +2,6 @@
 
 use crate::camera::starting_camera;
 use crate::clock::Clock;
-use crate::faces::check_interocular;
 use crate::faces::clip::Clip;
 use crate::head::paper;
 use crate::head::shape::{Shape, measure_shape};
@@ -10,32 +9,35 @@ use crate::motion::PosedFrame;
 use crate::motion::between::pose_between;
 use crate::texture::make_skin;
 use crate::{
-    Assets, CameraSource, FacewrightError, FrameReport, FrameSet, Method, Reconstruction, Report, Scale, SourcedCamera,
-    Tracks,
+    Assets, CameraSource, FacewrightError, FrameReport, FrameSet, Given, Method, Reconstruction, Report, Scale,
+    SizeOptions, SourcedCamera,
 };
+use clap::Args;
 use geometry::Progress;
 use head::transfer::KeyTransfer;
 use head::visemes::viseme_keys;
 use head::{GenericHead, Key};
+use serde::{Deserialize, Serialize};
 
-/// What to reconstruct with.
-#[derive(Clone, Debug)]
+/// How [`reconstruct`] works.
+#[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
 pub struct ReconstructOptions {
-    /// Chain of steps.
+    /// Chain of steps
+    #[arg(long, value_enum, default_value_t)]
     pub method: Method,
-    /// Calibrated camera; without it the focal length comes from EXIF or a guess, and is refined.
-    pub camera: Option<SourcedCamera>,
-    /// Width and height of the texture, pixels.
+    /// Width and height of the texture, pixels
+    #[arg(long, default_value_t = Self::default().texture_size)]
     pub texture_size: u32,
-    /// Distance between the pupils, metres, when it is known.
-    pub interocular: Option<f64>,
-    /// Tracks of the same frames to use instead of tracking, for the method `default`.
-    pub tracks: Option<Tracks>,
+    /// What is known of the head's size.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub size: SizeOptions,
 }
 
 impl Default for ReconstructOptions {
     fn default() -> Self {
-        Self { method: Method::Default, camera: None, texture_size: 2048, interocular: None, tracks: None }
+        Self { method: Method::Default, texture_size: 2048, size: SizeOptions::default() }
     }
 }
 
@@ -44,11 +46,7 @@ impl ReconstructOptions {
         if !(64..=8192).contains(&self.texture_size) {
             return Err(FacewrightError::Option { name: "the texture size", expected: "64 to 8192 pixels" });
         }
-        check_interocular(self.interocular)?;
-        if self.tracks.is_some() && self.method == Method::Paper {
-            return Err(FacewrightError::Option { name: "the method", expected: "default where tracks are given" });
-        }
-        Ok(())
+        self.size.validate()
     }
 }
 
@@ -56,6 +54,7 @@ impl ReconstructOptions {
 pub fn reconstruct(
     frames: &FrameSet,
     assets: &Assets,
+    given: &Given,
     options: &ReconstructOptions,
     progress: &Progress,
 ) -> Result<Reconstruction, FacewrightError> {
@@ -63,20 +62,20 @@ pub fn reconstruct(
     if frames.len() < 2 {
         return Err(FacewrightError::OneFrame);
     }
-    options.tracks.as_ref().map_or(Ok(()), |tracks| tracks.check(frames))?;
+    given.tracks.as_ref().map_or(Ok(()), |tracks| tracks.check(frames))?;
     let mut clock = Clock::start();
-    let sourced = starting_camera(frames, options.camera.as_ref())?;
-    let mut clip = Clip::look(frames, assets, &sourced, options.interocular, progress)?;
+    let sourced = starting_camera(frames, given.camera.as_ref())?;
+    let mut clip = Clip::look(frames, assets, &sourced, &options.size, progress)?;
     if options.method == Method::Paper {
         paper::keep_trusted(&mut clip);
     }
     clock.lap("landmarks");
     let shape = match options.method {
         Method::Default => {
-            let tracks = options.tracks.as_ref();
-            measure_shape(&clip, &assets.head, &sourced, options.interocular, tracks, progress)?
+            let tracks = given.tracks.as_ref();
+            measure_shape(&clip, &assets.head, &sourced, &options.size, tracks, progress)?
         }
-        Method::Paper => paper::shape(&clip, &assets.head, &sourced, options.interocular, progress)?,
+        Method::Paper => paper::shape(&clip, &assets.head, &sourced, &options.size, progress)?,
     };
     clock.lap("shape");
     let between = match options.method {
@@ -100,7 +99,7 @@ pub fn reconstruct(
         frames: frame_reports(&clip, &shape, &between),
         points: shape.points,
         landmarks68: shape.landmarks68.iter().map(|p| [p.x, p.y, p.z]).collect(),
-        scale: Scale::of_eyes(options.interocular),
+        scale: Scale::of_eyes(options.size.interocular()),
         fit: shape.fit.clone(),
         texture: skin.report,
         timings_s: clock.finish(),

@@ -7,9 +7,9 @@ use drawing::Format;
 use facewright::pictures::board::{Page, SheetOptions, sheet};
 use facewright::pictures::calibration::{DPI, of_camera, of_rig};
 use facewright::{
-    Assets, CalibrateOptions, CalibratedCamera, CalibratedRig, FacewrightError as CoreError, FrameSet, KnownLength,
-    Method, MotionOptions, ReconstructOptions, RigInput, RigTracks, SourcedCamera, TrackClipOptions, Tracks,
-    solve_motion, solve_motion_on_rig, write_drawing,
+    Assets, CalibrateOptions, CalibratedCamera, CalibratedRig, FacewrightError as CoreError, FrameSet, Given,
+    KnownLength, Method, MotionOptions, ReconstructOptions, RigInput, RigTracks, SizeOptions, SourcedCamera,
+    TrackClipOptions, Tracks, solve_motion, solve_motion_on_rig, write_drawing,
 };
 use geometry::{Board, Progress};
 use job::{Job, Output};
@@ -71,7 +71,7 @@ fn calibrate(
     picture: Option<PathBuf>,
 ) -> PyResult<Job> {
     // Another kind of picture is refused before the work, not after it.
-    picture.as_deref().map(Format::of).transpose().map_err(|e| raise(&e))?;
+    picture.as_deref().map(Format::of).transpose().map_err(|e| raise(&e.into()))?;
     let options = options(board(inner, squares, gap_mm, square_mm));
     Job::start(move |progress| {
         let frames = FrameSet::open(&pictures, progress)?;
@@ -91,7 +91,7 @@ fn calibrate_rig(
     square_mm: f64,
     picture: Option<PathBuf>,
 ) -> PyResult<Job> {
-    picture.as_deref().map(Format::of).transpose().map_err(|e| raise(&e))?;
+    picture.as_deref().map(Format::of).transpose().map_err(|e| raise(&e.into()))?;
     let options = options(board(inner, squares, gap_mm, square_mm));
     Job::start(move |progress| {
         let inputs: Vec<RigInput> = cameras.into_iter().map(|c| rig_input(c, progress)).collect::<Result<_, _>>()?;
@@ -134,11 +134,11 @@ fn track(
     window: Option<usize>,
 ) -> PyResult<Job> {
     let camera = camera.map(SourcedCamera::parse).transpose().map_err(|e| raise(&e))?;
-    let options =
-        TrackClipOptions { method: method_of(method)?, camera, points, window, interocular: None, from: None };
+    let given = Given { camera, ..Given::default() };
+    let options = TrackClipOptions { method: method_of(method)?, points, window, from: None };
     Job::start(move |progress| {
         let frames = FrameSet::open(&frames, progress)?;
-        let tracks = facewright::track(&frames, &Assets::load(&assets)?, &options, progress)?;
+        let tracks = facewright::track(&frames, &Assets::load(&assets)?, &given, &options, progress)?;
         Ok(Output::Text(serde_json::to_string(&tracks).unwrap_or_default()))
     })
 }
@@ -152,14 +152,10 @@ fn motion(
     lengths: Vec<(usize, usize, f64)>,
 ) -> PyResult<Job> {
     let tracks = Tracks::parse(tracks).map_err(|e| raise(&e))?;
-    let known = |(from, to, mm)| KnownLength { from, to, length: mm / 1000.0 };
-    let options = MotionOptions {
-        camera: camera.map(SourcedCamera::parse).transpose().map_err(|e| raise(&e))?,
-        interocular: interocular_mm.map(|mm| mm / 1000.0),
-        lengths: lengths.into_iter().map(known).collect(),
-    };
+    let camera = camera.map(SourcedCamera::parse).transpose().map_err(|e| raise(&e))?;
+    let size = SizeOptions { interocular_mm, lengths: lengths.into_iter().map(KnownLength::from).collect() };
     Job::start(move |progress| {
-        let motion = solve_motion(&tracks, &options, progress)?;
+        let motion = solve_motion(&tracks, camera.as_ref(), &MotionOptions { size }, progress)?;
         Ok(Output::Text(serde_json::to_string(&motion).unwrap_or_default()))
     })
 }
@@ -196,14 +192,17 @@ fn reconstruct(
 ) -> PyResult<Job> {
     let options = ReconstructOptions {
         method: method_of(method)?,
-        camera: camera.map(SourcedCamera::parse).transpose().map_err(|e| raise(&e))?,
         texture_size,
-        interocular: interocular_mm.map(|mm| mm / 1000.0),
+        size: SizeOptions { interocular_mm, lengths: Vec::new() },
+    };
+    let given = Given {
+        camera: camera.map(SourcedCamera::parse).transpose().map_err(|e| raise(&e))?,
         tracks: tracks.map(Tracks::parse).transpose().map_err(|e| raise(&e))?,
+        motion: None,
     };
     Job::start(move |progress| {
         let frames = FrameSet::open(&frames, progress)?;
-        let result = facewright::reconstruct(&frames, &Assets::load(&assets)?, &options, progress)?;
+        let result = facewright::reconstruct(&frames, &Assets::load(&assets)?, &given, &options, progress)?;
         Ok(Output::Head(Box::new(result)))
     })
 }

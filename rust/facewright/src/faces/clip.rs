@@ -3,7 +3,7 @@
 use crate::faces::observe::Observation;
 use crate::faces::select::{SelectOptions, check_turn, select, tally};
 use crate::faces::{Faces, TrackedSkin};
-use crate::{Assets, FacewrightError, FrameSet, SourcedCamera};
+use crate::{Assets, FacewrightError, FrameSet, SizeOptions, SourcedCamera};
 use geometry::{Progress, Transform};
 use head::fit::{FrameObservation, LandmarkFit};
 use image::RgbImage;
@@ -44,10 +44,10 @@ impl Clip {
         frames: &FrameSet,
         assets: &Assets,
         camera: &SourcedCamera,
-        interocular: Option<f64>,
+        size: &SizeOptions,
         progress: &Progress,
     ) -> Result<Self, FacewrightError> {
-        let faces = Faces::look(frames, assets, camera, interocular, progress)?;
+        let faces = Faces::look(frames, assets, camera, size, progress)?;
         let verdicts = select(&faces.candidates(&assets.head), &SelectOptions::default());
         let Faces { observations, seen, landmark_fit, warnings } = faces;
         check_enough(&verdicts, &landmark_fit)?;

@@ -4,11 +4,11 @@ pub mod clip;
 pub mod observe;
 pub mod select;
 
-use crate::{Assets, FacewrightError, FrameSet, SourcedCamera};
+use crate::{Assets, FacewrightError, FrameSet, SizeOptions, SourcedCamera};
 use geometry::face_mesh::LANDMARKS;
 use geometry::{Progress, Vec2};
 use head::GenericHead;
-use head::fit::{FitOptions, FrameObservation, HeadSize, LandmarkFit, fit_landmarks};
+use head::fit::{FitOptions, FrameObservation, LandmarkFit, fit_landmarks};
 use image::{GrayImage, RgbImage, imageops};
 use observe::{Observation, observe};
 use select::{Candidate, median};
@@ -47,17 +47,14 @@ impl Faces {
         frames: &FrameSet,
         assets: &Assets,
         camera: &SourcedCamera,
-        interocular: Option<f64>,
+        size: &SizeOptions,
         progress: &Progress,
     ) -> Result<Self, FacewrightError> {
         let observations = observe(frames, &assets.landmarker, progress)?;
         let warnings = warnings(&observations)?;
         let seen: Vec<FrameObservation> = observations.iter().map(|o| observation(o.face.as_ref())).collect();
-        let options = FitOptions {
-            focal_sigma: camera.source.focal_sigma(),
-            size: head_size(interocular),
-            ..FitOptions::default()
-        };
+        let options =
+            FitOptions { focal_sigma: camera.source.focal_sigma(), size: size.head_size(), ..FitOptions::default() };
         let landmark_fit = fit_landmarks(&assets.head, &camera.camera, &seen, &options, progress)?;
         Ok(Self { observations, seen, landmark_fit, warnings })
     }
@@ -87,19 +84,6 @@ impl Faces {
         };
         observations.iter().zip(&fit.frames).map(candidate).collect()
     }
-}
-
-/// Refuses a distance between the pupils, metres, that no person has.
-pub fn check_interocular(interocular: Option<f64>) -> Result<(), FacewrightError> {
-    if interocular.is_some_and(|metres| !(0.04..=0.09).contains(&metres)) {
-        return Err(FacewrightError::Option { name: "the distance between the eyes", expected: "40 to 90 mm" });
-    }
-    Ok(())
-}
-
-/// How the head's size is known.
-pub fn head_size(interocular: Option<f64>) -> HeadSize {
-    interocular.map_or(HeadSize::Usual, HeadSize::Pupils)
 }
 
 /// What the landmark fit is told of a frame.

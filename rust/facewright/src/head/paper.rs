@@ -11,7 +11,7 @@ use crate::faces::clip::{ChosenFrame, Clip};
 use crate::faces::select::{median, yaw_pitch};
 use crate::head::shape::{Known, Shape, finish_eyes, landmarks68};
 use crate::track::pair::{MatchOptions, paper_matches};
-use crate::{FacewrightError, FitReport, SourcedCamera};
+use crate::{FacewrightError, FitReport, SizeOptions, SourcedCamera};
 use geometry::face_mesh::FACE_OVAL;
 use geometry::rbf::{RbfOptions, RbfWarp};
 use geometry::{Camera, Progress, Similarity, Transform, Vec2, Vec3, mesh};
@@ -59,7 +59,7 @@ pub fn shape(
     clip: &Clip,
     head: &GenericHead,
     camera: &SourcedCamera,
-    interocular: Option<f64>,
+    size: &SizeOptions,
     progress: &Progress,
 ) -> Result<Shape, FacewrightError> {
     progress.stage("motion")?;
@@ -81,7 +81,7 @@ pub fn shape(
     let structure: Vec<Feature> = cloud.iter().map(|(i, p)| (*i, head_from_a.apply(p))).collect();
     let (poses, structure) = add_images(head, clip, &camera, (a, pose_a), structure, progress)?;
     let warped = interpolate(head, &structure)?;
-    let (positions, poses, structure) = to_size(head, warped, poses, structure, interocular.unwrap_or(PUPILS));
+    let (positions, poses, structure) = to_size(head, warped, poses, structure, size.interocular().unwrap_or(PUPILS));
     let rms_px = clip.chosen.iter().zip(&poses).map(|(c, pose)| rms(&structure, &rays(c), pose, &camera)).collect();
     let mut known = Known { positions, poses, camera };
     let eyes = finish_eyes(head, clip, &mut known)?;

@@ -1,12 +1,11 @@
 //! Our way to the shape: tracks, bundle, class, free deformation, eyes.
 
 use crate::faces::clip::{ChosenFrame, Clip};
-use crate::faces::head_size;
 use crate::faces::select::median;
 use crate::head::unseen::replace_unseen;
 use crate::solve::{Structure, solve};
 use crate::track::{FaceTrack, FollowOptions, TrackedFrame, Tracks, follow, given};
-use crate::{CameraSource, FacewrightError, FitReport, SourcedCamera};
+use crate::{CameraSource, FacewrightError, FitReport, SizeOptions, SourcedCamera};
 use geometry::face_mesh::IBUG68;
 use geometry::{Camera, Progress, Similarity, Transform, Vec3};
 use head::GenericHead;
@@ -65,7 +64,7 @@ pub fn measure_shape(
     clip: &Clip,
     head: &GenericHead,
     camera: &SourcedCamera,
-    interocular: Option<f64>,
+    size: &SizeOptions,
     tracks: Option<&Tracks>,
     progress: &Progress,
 ) -> Result<Shape, FacewrightError> {
@@ -77,7 +76,7 @@ pub fn measure_shape(
             CameraSource::Exif | CameraSource::Estimated => clip.landmark_fit.camera,
         },
     };
-    let options = FitOptions { size: head_size(interocular), ..FitOptions::default() };
+    let options = FitOptions { size: size.head_size(), ..FitOptions::default() };
     // The landmark fit has narrowed it down already.
     let focal_sigma = 0.5 * camera.source.focal_sigma();
     let mut last: Option<Measured> = None;

@@ -21,9 +21,9 @@ mod rigid;
 mod scale;
 
 use crate::clock::Clock;
-use crate::faces::check_interocular;
 use crate::faces::select::{check_turn, median};
-use crate::{CameraSource, FacewrightError, Region, SourcedCamera, Tracks};
+use crate::{CameraSource, FacewrightError, Region, SizeOptions, SourcedCamera, Tracks};
+use clap::Args;
 use geometry::{Camera, Progress, Transform};
 pub use measured::{Measured, PosedFrame, lenders};
 use motion::bundle::{FocalPrior, PointPrior};
@@ -31,7 +31,7 @@ use motion::sequence::{PointTrack, Sequence, SequenceOptions, Sighting, reconstr
 pub use report::{FrameMotion, HeadMotion, PointMotion, Roughness};
 pub use rig::{RigTracks, solve_motion_on_rig};
 use rigid::{Judged, judge};
-pub use scale::KnownLength;
+use serde::{Deserialize, Serialize};
 
 /// Standard deviation of the landmarks' rotations about each axis, radians: what they are off lasts for many frames.
 pub(crate) const LANDMARK_SIGMA_RAD: f64 = 0.05;
@@ -45,17 +45,16 @@ const TRACKER_PX: f64 = 1.0;
 const SKIN_M: f64 = 0.002;
 
 /// How [`solve_motion`] works.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
 pub struct MotionOptions {
-    /// Calibrated camera; without it that of the tracks.
-    pub camera: Option<SourcedCamera>,
-    /// Distance between the pupils, metres, when it is known.
-    pub interocular: Option<f64>,
-    /// Lengths measured on the head; they outdo all else that is known of its size.
-    pub lengths: Vec<KnownLength>,
+    /// What is known of the head's size.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub size: SizeOptions,
 }
 
-/// Solves for the poses of all frames and the places of all points.
+/// Solves for the poses of all frames and the places of all points; with a calibrated `camera` instead of that of the tracks.
 ///
 /// # Errors
 /// - [`FacewrightError::NoFace`], [`FacewrightError::OneFrame`], [`FacewrightError::NoRotation`],
@@ -66,11 +65,12 @@ pub struct MotionOptions {
 /// - [`FacewrightError::Cancelled`].
 pub fn solve_motion(
     tracks: &Tracks,
+    camera: Option<&SourcedCamera>,
     options: &MotionOptions,
     progress: &Progress,
 ) -> Result<HeadMotion, FacewrightError> {
     let mut clock = Clock::start();
-    let camera = camera(tracks, options)?;
+    let camera = known_or_tracked(camera, tracks)?;
     check(tracks, options)?;
     let problem = Problem::new(tracks, camera);
     let skin: Vec<bool> = tracks.tracks.iter().map(|track| track.region == Region::Skin).collect();
@@ -87,7 +87,7 @@ pub fn solve_motion(
 
 /// Refuses what cannot be solved before anything is.
 fn check(tracks: &Tracks, options: &MotionOptions) -> Result<(), FacewrightError> {
-    check_interocular(options.interocular)?;
+    options.size.validate()?;
     let poses: Vec<Transform> = tracks.frames.iter().filter_map(|frame| frame.cam_from_head).collect();
     match poses.len() {
         0 => Err(FacewrightError::NoFace { frames: tracks.frames.len() }),
@@ -96,9 +96,9 @@ fn check(tracks: &Tracks, options: &MotionOptions) -> Result<(), FacewrightError
     }
 }
 
-/// The camera to start with.
-fn camera(tracks: &Tracks, options: &MotionOptions) -> Result<SourcedCamera, FacewrightError> {
-    let Some(known) = options.camera else { return Ok(tracks.camera) };
+/// The camera to start with: a calibrated one, or that of the tracks.
+fn known_or_tracked(known: Option<&SourcedCamera>, tracks: &Tracks) -> Result<SourcedCamera, FacewrightError> {
+    let Some(known) = known else { return Ok(tracks.camera) };
     let (own, of_tracks) = (&known.camera, &tracks.camera.camera);
     if (own.width, own.height) != (of_tracks.width, of_tracks.height) {
         return Err(FacewrightError::OtherCamera {
@@ -108,7 +108,7 @@ fn camera(tracks: &Tracks, options: &MotionOptions) -> Result<SourcedCamera, Fac
             height: of_tracks.height,
         });
     }
-    Ok(known)
+    Ok(*known)
 }
 
 /// Tracks as the solver takes them, and what holds for every solution.

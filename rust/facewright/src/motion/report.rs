@@ -116,10 +116,10 @@ pub(super) fn report(
     let frames = frames(tracks, &motion, &middle(&points), problem.options.threshold_px);
     check_enough(tracks, &frames)?;
     let poses: Vec<Option<Transform>> = frames.iter().map(|frame| frame.cam_from_head).collect();
-    let size = if options.lengths.is_empty() {
-        by_landmarks(tracks, &poses, &motion.camera, options.interocular)?
+    let size = if options.size.lengths.is_empty() {
+        by_landmarks(tracks, &poses, &motion.camera, options.size.interocular())?
     } else {
-        by_lengths(&points, &options.lengths)?
+        by_lengths(&points, &options.size.lengths)?
     };
     let focal_sigma_px = motion.focal_sigma_px.take();
     clock.lap("report");

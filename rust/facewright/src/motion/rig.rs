@@ -58,8 +58,7 @@ pub fn solve_motion_on_rig(
     }
     let cameras = films.iter().map(|film| mounted(rig, &film.camera)).collect::<Result<Vec<_>, _>>()?;
     let solve = |(film, camera): (&RigTracks, &&MountedCamera)| {
-        let options = MotionOptions { camera: Some(camera.calibrated.camera), ..MotionOptions::default() };
-        solve_motion(&film.tracks, &options, progress)
+        solve_motion(&film.tracks, Some(&camera.calibrated.camera), &MotionOptions::default(), progress)
     };
     let mut motions = films.iter().zip(&cameras).map(solve).collect::<Result<Vec<_>, _>>()?;
     let (mut weights, mut sum) = (0.0, 0.0);

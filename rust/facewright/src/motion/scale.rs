@@ -2,22 +2,11 @@
 
 use super::report::PointMotion;
 use crate::faces::select::median;
-use crate::{FacewrightError, FrameTracks, Scale, Tracks};
+use crate::{FacewrightError, FrameTracks, KnownLength, Scale, Tracks};
 use geometry::{Camera, Transform};
 
 /// What a length on a face can be measured to, metres.
 const LENGTH_SIGMA_M: f64 = 0.0005;
-
-/// A length that was measured on the head.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KnownLength {
-    /// Number of the track at one end.
-    pub from: usize,
-    /// Number of the track at the other.
-    pub to: usize,
-    /// Metres.
-    pub length: f64,
-}
 
 /// A factor by which everything is to grow, and what that rests on.
 pub(super) struct Size {

@@ -5,9 +5,9 @@ use drawing::{DPI, Format};
 use facewright::pictures::board::{SheetOptions, sheet};
 use facewright::pictures::matches::of_match;
 use facewright::{
-    Assets, CalibratedRig, FacewrightError, FrameSet, HeadMotion, MatchOptions, MatchedPair, MotionOptions,
-    ReconstructOptions, RigTracks, SourcedCamera, TrackClipOptions, Tracks, check_folder, match_pair, overlay,
-    reconstruct, solve_motion, solve_motion_on_rig, track, write_drawing, write_json,
+    Assets, CalibratedRig, FacewrightError, FrameSet, Given, HeadMotion, MatchOptions, MatchedPair, MotionOptions,
+    ReconstructOptions, RigTracks, SizeOptions, SourcedCamera, TrackClipOptions, Tracks, check_folder, match_pair,
+    overlay, reconstruct, solve_motion, solve_motion_on_rig, track, write_drawing, write_json,
 };
 use geometry::Progress;
 use image::imageops;
@@ -66,17 +66,12 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
             Ok(Summary { text, json: json!(matches) })
         }
         Command::Track { frames, camera, method, points, window, from, output } => {
-            let options = TrackClipOptions {
-                method: (*method).into(),
-                camera: camera.as_deref().map(SourcedCamera::read).transpose()?,
-                points: *points,
-                window: *window,
-                interocular: None,
-                from: from.clone(),
-            };
+            let options =
+                TrackClipOptions { method: (*method).into(), points: *points, window: *window, from: from.clone() };
+            let given = Given { camera: camera.as_deref().map(SourcedCamera::read).transpose()?, ..Given::default() };
             check_output(output)?;
             let frames = FrameSet::open(frames, progress)?;
-            let tracks = track(&frames, &load_assets(arguments)?, &options, progress)?;
+            let tracks = track(&frames, &load_assets(arguments)?, &given, &options, progress)?;
             write_json(output, &tracks)?;
             let used = tracks.frames.iter().filter(|f| f.used).count();
             let count = tracks.tracks.len();
@@ -93,7 +88,6 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
         }
         Command::Motion { frames, tracks, rig: None, camera, interocular_mm, lengths, output } => {
             let camera = camera.as_deref().map(SourcedCamera::read).transpose()?;
-            let interocular = interocular_mm.map(|mm| mm / 1000.0);
             check_output(output)?;
             let tracks = match &tracks[..] {
                 [file] => Tracks::read(Path::new(file))?,
@@ -101,26 +95,30 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
                     return Err(FacewrightError::Option { name: "--tracks", expected: "one file without --rig" });
                 }
                 [] => {
-                    let options = TrackClipOptions { camera, interocular, ..TrackClipOptions::default() };
-                    track(&FrameSet::open(frames, progress)?, &load_assets(arguments)?, &options, progress)?
+                    let given = Given { camera, ..Given::default() };
+                    let frames = FrameSet::open(frames, progress)?;
+                    track(&frames, &load_assets(arguments)?, &given, &TrackClipOptions::default(), progress)?
                 }
             };
-            let options = MotionOptions { camera, interocular, lengths: lengths.clone() };
-            let motion = solve_motion(&tracks, &options, progress)?;
+            let size = SizeOptions { interocular_mm: *interocular_mm, lengths: lengths.clone() };
+            let motion = solve_motion(&tracks, camera.as_ref(), &MotionOptions { size }, progress)?;
             write_json(output, &motion)?;
             Ok(Summary { text: motion_text(&motion, output), json: json!(motion) })
         }
         Command::Reconstruct { frames, camera, method, texture_size, interocular_mm, tracks, output } => {
             let options = ReconstructOptions {
                 method: (*method).into(),
-                camera: camera.as_deref().map(SourcedCamera::read).transpose()?,
                 texture_size: *texture_size,
-                interocular: interocular_mm.map(|mm| mm / 1000.0),
+                size: SizeOptions { interocular_mm: *interocular_mm, lengths: Vec::new() },
+            };
+            let given = Given {
+                camera: camera.as_deref().map(SourcedCamera::read).transpose()?,
                 tracks: tracks.as_deref().map(Tracks::read).transpose()?,
+                motion: None,
             };
             check_folder(output)?;
             let frames = FrameSet::open(frames, progress)?;
-            let result = reconstruct(&frames, &load_assets(arguments)?, &options, progress)?;
+            let result = reconstruct(&frames, &load_assets(arguments)?, &given, &options, progress)?;
             result.write(output)?;
             let used = result.report.frames.iter().filter(|f| f.used).count();
             let warnings = warnings_text(&result.report.warnings);

@@ -1,6 +1,6 @@
 //! Corners of the face matched between two frames (paper, sections 2.3 and 2.4; and ours).
 
-use crate::faces::{TrackedSkin, head_size, observation};
+use crate::faces::{TrackedSkin, observation};
 use crate::track::{Anchors, Scene, Search, SearchOptions, Seed, Sighting, Surface, View, seeds};
 use crate::{Assets, CameraSource, FacewrightError, FrameSet, Method, SourcedCamera, camera::starting_camera};
 use geometry::{Camera, Progress, Vec2};
@@ -183,7 +183,7 @@ fn head_matches(
 ) -> Result<MatchedPair, FacewrightError> {
     let fit_options = FitOptions {
         focal_sigma: if camera.source == CameraSource::Board { 0.0 } else { 1e-3 },
-        size: head_size(None),
+        size: head::fit::HeadSize::Usual,
         ..FitOptions::default()
     };
     let head = &assets.head;

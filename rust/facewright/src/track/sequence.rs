@@ -13,14 +13,16 @@ use super::surface::{SkinPoint, Surface, View};
 use super::{FrameTracks, PointTrack, Tracks};
 use crate::camera::starting_camera;
 use crate::faces::select::{SelectOptions, judge_all, yaw_pitch};
-use crate::faces::{Faces, TrackedSkin, check_interocular};
-use crate::{Assets, CameraSource, FacewrightError, FrameSet, Method, SourcedCamera};
+use crate::faces::{Faces, TrackedSkin};
+use crate::{Assets, CameraSource, FacewrightError, FrameSet, Given, Method, SizeOptions, SourcedCamera};
+use clap::Args;
 use geometry::mesh::at_barycentric;
 use geometry::{Camera, Progress, Transform, Vec2, Vec3};
 use head::GenericHead;
 use head::fit::eye_centres;
 use image::{GrayImage, Luma};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use vision::track::TrackError;
 
 /// Frames that are in memory at the same time, besides the reference frames.
@@ -35,32 +37,34 @@ const UNFIT_DEG: f64 = 20.0;
 const FARTHEST_TURN_DEG: f64 = 34.0;
 
 /// How a sequence is tracked.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
 pub struct TrackClipOptions {
-    /// Chain of steps.
+    /// Chain of steps
+    #[arg(long, value_enum, default_value_t)]
     pub method: Method,
-    /// Calibrated camera; without it the focal length comes from EXIF or the landmarks.
-    pub camera: Option<SourcedCamera>,
-    /// Points wanted in each reference frame, found again or new.
+    /// Points wanted in each reference frame, found again or new
+    #[arg(long, default_value_t = Self::default().points)]
     pub points: usize,
-    /// Window of the tracker, odd pixels; the paper's best (7), or in proportion to the face, unless given.
+    /// Window of the tracker, pixels, odd (default: 7 for the paper's method, else in proportion to the face)
+    #[arg(long)]
     pub window: Option<usize>,
-    /// Distance between the pupils, metres, when it is known.
-    pub interocular: Option<f64>,
-    /// Name of the only frame in which points are chosen; several frames from different sides unless given.
+    /// Choose points in this frame only, by its name without extension
+    #[arg(long, value_name = "FRAME")]
     pub from: Option<String>,
 }
 
 impl Default for TrackClipOptions {
     fn default() -> Self {
-        Self { method: Method::Default, camera: None, points: 200, window: None, interocular: None, from: None }
+        Self { method: Method::Default, points: 200, window: None, from: None }
     }
 }
 
-/// Tracks points of the face through a sequence. Frames are in the order of time.
+/// Tracks points of the face through a sequence. Frames are in the order of time; of what is given, the camera counts.
 pub fn track(
     frames: &FrameSet,
     assets: &Assets,
+    given: &Given,
     options: &TrackClipOptions,
     progress: &Progress,
 ) -> Result<Tracks, FacewrightError> {
@@ -73,9 +77,8 @@ pub fn track(
     if let Some(window) = options.window.filter(|w| !(3..=31).contains(w) || w.is_multiple_of(2)) {
         return Err(TrackError::Window(window).into());
     }
-    check_interocular(options.interocular)?;
-    let mut camera = starting_camera(frames, options.camera.as_ref())?;
-    let faces = Faces::look(frames, assets, &camera, options.interocular, progress)?;
+    let mut camera = starting_camera(frames, given.camera.as_ref())?;
+    let faces = Faces::look(frames, assets, &camera, &SizeOptions::default(), progress)?;
     if camera.source != CameraSource::Board {
         camera.camera = faces.landmark_fit.camera;
     }
