@@ -1,12 +1,14 @@
 //! What is known of a clip already.
 
-use crate::{HeadMotion, SourcedCamera, Tracks};
+use crate::{Faces, HeadMotion, SourcedCamera, Tracks};
 
 /// What other commands have found of a clip; what is missing is found anew.
 #[derive(Clone, Debug, Default)]
 pub struct Given {
     /// Calibrated camera; without it the focal length comes from EXIF or the landmarks, and is refined.
     pub camera: Option<SourcedCamera>,
+    /// Faces in the same frames, instead of looking for them.
+    pub faces: Option<Faces>,
     /// Tracks of the same frames, instead of tracking.
     pub tracks: Option<Tracks>,
     /// Motion of the same frames, instead of solving for it.

@@ -31,7 +31,6 @@ pub mod pictures;
 mod reconstruct;
 mod result;
 mod size;
-mod solve;
 mod texture;
 mod track;
 
@@ -45,6 +44,7 @@ pub use self::motion::{
 pub use assets::Assets;
 pub use camera::{CameraSource, SourcedCamera};
 pub use error::FacewrightError;
+pub use faces::{FaceFrame, Faces, Look, find_faces};
 pub use files::{check_folder, write_drawing, write_json, write_text};
 pub use frames::{Frame, FrameSet};
 pub use given::Given;

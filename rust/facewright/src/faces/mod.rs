@@ -1,148 +1,171 @@
-//! The faces of a clip's frames, and the head that their landmarks give.
+//! The faces of a clip's frames: what `faces.json` holds.
+//!
+//! # Entry points
+//! - [`find_faces`]: the command; [`Faces`] is what it leaves.
+//! - [`Clip::look`]: what the other commands begin with: faces, the head that their landmarks give, and its pose in every frame.
+//!
+//! # Order of work
+//! The nets look at a few dozen frames spread over the clip ([`observe`]), and at more of them where the face comes, goes or moves fast;
+//! the landmarks give a head ([`fit`]); points place it in the frames between ([`place`]), and where they lose it the nets look
+//! again ([`clip`]). [`select`] says which frames are good for shape and texture.
 
-pub mod clip;
-pub mod observe;
-pub mod select;
+mod clip;
+mod fit;
+mod look;
+mod place;
+mod select;
+mod skin;
 
-use crate::{Assets, FacewrightError, FrameSet, SizeOptions, SourcedCamera};
-use geometry::face_mesh::LANDMARKS;
-use geometry::{Progress, Vec2};
-use head::GenericHead;
-use head::fit::{FitOptions, FrameObservation, LandmarkFit, fit_landmarks};
-use image::{GrayImage, RgbImage, imageops};
-use observe::{Observation, observe};
-use select::{Candidate, median};
-use std::sync::Arc;
-use vision::landmarks::{Face, MaskOptions, face_mask};
-use vision::noise::noise;
-use vision::pyramid::Pyramid;
+pub use clip::Clip;
+pub use fit::{KnownFrame, KnownHead};
+pub(crate) use fit::{landmarks_of, observation};
+pub use look::{Look, look_at};
+pub(crate) use place::Placing;
+pub use select::{Chosen, SelectOptions, candidates, check_turn, judge_all, median, tally, yaw_pitch};
+pub use skin::TrackedSkin;
 
-/// Jitter of the landmark net in terms of the distance between the eyes.
-const NET_JITTER: f64 = 0.012;
-/// Keys that tell whether a face is quiet.
-const EXPRESSIONS: [&str; 6] = ["jawOpen", "mouthSmile", "mouthFunnel", "mouthPucker", "browInnerUp", "mouthStretch"];
-/// Levels of the pyramids that are tracked in.
-const LEVELS: usize = 4;
-/// The face's outline is drawn in by this part before skin is tracked: it is where the skin turns away, and hair begins.
-const OUTLINE: f64 = 0.04;
+use crate::camera::starting_camera;
+use crate::{Assets, FacewrightError, FrameSet, Given, SizeOptions};
+use geometry::Progress;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
 
-/// Least noise that is believed, grey levels.
-const LEAST_NOISE: f64 = 0.7;
+/// One frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FaceFrame {
+    /// File name without extension.
+    pub name: String,
+    /// What the nets saw in it; `null` where they did not look: points place the head there.
+    pub look: Option<Look>,
+}
 
-/// What the landmarks tell of a clip.
+/// `faces.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Faces {
-    /// Each frame.
-    pub observations: Vec<Observation>,
-    /// What the fit was given of each frame.
-    pub seen: Vec<FrameObservation>,
-    /// The head that landmarks alone give.
-    pub landmark_fit: LandmarkFit,
-    /// What the artist should know.
-    pub warnings: Vec<String>,
+    /// Version of the format.
+    #[serde(default = "schema")]
+    pub schema: u32,
+    /// Version of Facewright.
+    pub version: String,
+    /// Width of the frames, pixels.
+    pub width: u32,
+    /// Height of the frames, pixels.
+    pub height: u32,
+    /// Every frame given.
+    pub frames: Vec<FaceFrame>,
+}
+
+fn schema() -> u32 {
+    Faces::SCHEMA
+}
+
+/// Finds the face in a clip's frames. Of what is given, the camera counts, and faces that were found before: their frames are not
+/// looked at again.
+///
+/// # Errors
+/// [`FacewrightError::NoFace`]; those of reading the frames; [`FacewrightError::Cancelled`].
+pub fn find_faces(
+    frames: &FrameSet,
+    assets: &Assets,
+    given: &Given,
+    progress: &Progress,
+) -> Result<Faces, FacewrightError> {
+    let camera = starting_camera(frames, given.camera.as_ref())?;
+    Ok(Clip::look(frames, assets, given, &camera, &SizeOptions::default(), progress)?.faces)
 }
 
 impl Faces {
-    /// Finds the faces and fits the head to their landmarks.
-    pub fn look(
-        frames: &FrameSet,
-        assets: &Assets,
-        camera: &SourcedCamera,
-        size: &SizeOptions,
-        progress: &Progress,
-    ) -> Result<Self, FacewrightError> {
-        let observations = observe(frames, &assets.landmarker, progress)?;
-        let warnings = warnings(&observations)?;
-        let seen: Vec<FrameObservation> = observations.iter().map(|o| observation(o.face.as_ref())).collect();
-        let options =
-            FitOptions { focal_sigma: camera.source.focal_sigma(), size: size.head_size(), ..FitOptions::default() };
-        let landmark_fit = fit_landmarks(&assets.head, &camera.camera, &seen, &options, progress)?;
-        Ok(Self { observations, seen, landmark_fit, warnings })
+    /// Version of the format that is written, and the newest that is read.
+    pub const SCHEMA: u32 = 1;
+
+    /// Frames that nobody has looked at.
+    pub(crate) fn unseen(frames: &FrameSet) -> Self {
+        let frame = |frame: &crate::Frame| FaceFrame { name: frame.name.clone(), look: None };
+        Self {
+            schema: Self::SCHEMA,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            width: frames.width,
+            height: frames.height,
+            frames: frames.frames.iter().map(frame).collect(),
+        }
     }
 
-    /// What frames are chosen by; `None` where there is no face.
-    pub fn candidates(&self, head: &GenericHead) -> Vec<Option<Candidate>> {
-        let (observations, fit) = (&self.observations, &self.landmark_fit);
-        let indices = |wanted: &[&str]| -> Vec<usize> {
-            let matches = |name: &str| wanted.iter().any(|w| name.starts_with(w));
-            (0..head.keys.len()).filter(|&i| matches(&head.keys[i].name)).collect()
-        };
-        let (expressions, blinks) = (indices(&EXPRESSIONS), indices(&["eyeBlink"]));
-        let fitted = || fit.frames.iter().flatten();
-        let usual: Vec<f64> = (0..head.keys.len()).map(|k| median(fitted().map(|f| f.expression[k]))).collect();
-        let strongest = |expression: &[f64], keys: &[usize]| {
-            keys.iter().map(|&k| (expression[k] - usual[k]).abs()).fold(0.0, f64::max)
-        };
-        let candidate = |(observed, fitted): (&Observation, &Option<head::fit::FittedFrame>)| {
-            let fitted = fitted.as_ref()?;
-            Some(Candidate {
-                cam_from_head: fitted.pose,
-                rms_px: fitted.rms_px,
-                sharpness: observed.sharpness,
-                expression: strongest(&fitted.expression, &expressions),
-                blink: strongest(&fitted.expression, &blinks),
-            })
-        };
-        observations.iter().zip(&fit.frames).map(candidate).collect()
+    /// Reads a `faces.json`.
+    pub fn read(path: &Path) -> Result<Self, FacewrightError> {
+        let read = |e: std::io::Error| FacewrightError::Read { path: path.to_owned(), reason: e.to_string() };
+        Self::parse(&std::fs::read_to_string(path).map_err(read)?)
     }
-}
 
-/// What the landmark fit is told of a frame.
-pub fn observation(face: Option<&Face>) -> FrameObservation {
-    let Some(face) = face else {
-        let (landmarks, sigma_px) = (vec![Vec2::zeros(); LANDMARKS], vec![0.0; LANDMARKS]);
-        return FrameObservation { landmarks, sigma_px, ..FrameObservation::default() };
-    };
-    let jitter = (NET_JITTER * face.eye_distance()).hypot(0.2);
-    let visible = face.irises.iter().filter(|i| i.visible);
-    // The eye that looks at the camera: the other one is foreshortened.
-    let widest = visible.map(|i| 2.0 * i.radius).max_by(f64::total_cmp);
-    FrameObservation {
-        landmarks: face.points.iter().map(|p| p.xy()).collect::<Vec<Vec2>>(),
-        sigma_px: vec![jitter; face.points.len()],
-        initial_pose: None,
-        iris_diameter_px: widest,
+    /// Reads the text of a `faces.json`.
+    ///
+    /// # Errors
+    /// [`FacewrightError::Faces`] where it is none, or its numbers are none.
+    pub fn parse(text: &str) -> Result<Self, FacewrightError> {
+        let refused = |reason: String| FacewrightError::Faces { reason };
+        let faces: Self = serde_json::from_str(text).map_err(|e| refused(e.to_string()))?;
+        if faces.schema > Self::SCHEMA {
+            return Err(refused(format!("they are of a newer kind ({}): update Facewright", faces.schema)));
+        }
+        for (frame, face) in faces.frames.iter().filter_map(|f| Some((f, f.look.as_ref()?.face.as_ref()?))) {
+            face.check().map_err(|reason| refused(format!("in {} {reason}", frame.name)))?;
+        }
+        Ok(faces)
     }
-}
 
-/// What points are tracked in.
-#[derive(Clone, Debug)]
-pub struct TrackedSkin {
-    /// The picture's grey levels, halved again and again.
-    pub pyramid: Pyramid,
-    /// 255 on skin that may be tracked.
-    pub mask: GrayImage,
-    /// Standard deviation of the skin's noise, grey levels.
-    pub noise: f64,
-}
+    /// Refuses the faces of other frames.
+    pub(crate) fn check(&self, frames: &FrameSet) -> Result<(), FacewrightError> {
+        let (own, there) = ((self.width, self.height), (frames.width, frames.height));
+        if self.frames.len() != frames.len() || own != there {
+            let reason = format!(
+                "they are of {} frames of {}x{}, the clip has {} of {}x{}",
+                self.frames.len(),
+                own.0,
+                own.1,
+                frames.len(),
+                there.0,
+                there.1
+            );
+            return Err(FacewrightError::Faces { reason });
+        }
+        let other = self.frames.iter().zip(&frames.frames).find(|(own, there)| own.name != there.name);
+        other.map_or(Ok(()), |(own, there)| {
+            let reason = format!("they have a frame {} where the clip has {}", own.name, there.name);
+            Err(FacewrightError::Faces { reason })
+        })
+    }
 
-impl TrackedSkin {
-    /// Of a picture with a face.
-    pub fn of(picture: &RgbImage, face: &Face) -> Self {
-        let options = MaskOptions { shrink: OUTLINE, ..MaskOptions::default() };
-        let mask = face_mask(face, picture.width(), picture.height(), &options);
-        let grey = imageops::grayscale(picture);
-        // Compression leaves skin without any noise; what it leaves of texture is no finer than this.
-        let noise = noise(&grey, Some(&mask)).unwrap_or(LEAST_NOISE).max(LEAST_NOISE);
-        Self { pyramid: Pyramid::sharing(Arc::new(grey), LEVELS), mask, noise }
+    /// What the nets saw in a frame, if they looked.
+    pub fn look(&self, frame: usize) -> Option<&Look> {
+        self.frames[frame].look.as_ref()
     }
-}
 
-fn warnings(observations: &[Observation]) -> Result<Vec<String>, FacewrightError> {
-    let faces = observations.iter().filter_map(|o| o.face.as_ref());
-    let (found, several) = (faces.clone().count(), faces.filter(|f| f.faces_in_picture > 1).count());
-    if found == 0 {
-        return Err(FacewrightError::NoFace { frames: observations.len() });
+    /// The face that the nets saw in a frame.
+    pub fn face(&self, frame: usize) -> Option<&vision::landmarks::Face> {
+        self.look(frame)?.face.as_ref()
     }
-    let rivals = observations.iter().filter(|o| o.rival).count();
-    let mut warnings = Vec::new();
-    if several > 0 {
-        warnings.push(format!("{several} frames show several faces: the largest one was followed"));
+
+    /// Frames that were looked at, ascending.
+    pub(crate) fn looked(&self) -> Vec<usize> {
+        (0..self.frames.len()).filter(|&frame| self.look(frame).is_some()).collect()
     }
-    if rivals > 0 {
-        warnings.push(format!(
-            "in about {rivals} of them another face becomes the largest: the one of the frames before was kept. If it is \
-             the wrong one, begin the clip where the right one is the largest"
-        ));
+
+    /// What the artist should know.
+    pub(crate) fn warnings(&self) -> Vec<String> {
+        let looks = || self.frames.iter().filter_map(|frame| frame.look.as_ref());
+        let several = looks().filter(|look| look.face.as_ref().is_some_and(|face| face.faces_in_picture > 1)).count();
+        let rivals = looks().filter(|look| look.rival).count();
+        let (count, mut warnings) = (looks().count(), Vec::new());
+        if several > 0 {
+            warnings.push(format!(
+                "{several} of {count} frames looked at show several faces: the largest one was followed"
+            ));
+        }
+        if rivals > 0 {
+            warnings.push(format!(
+                "in about {rivals} of them another face becomes the largest: the one of the frames before was kept. If it is \
+                 the wrong one, begin the clip where the right one is the largest"
+            ));
+        }
+        warnings
     }
-    Ok(warnings)
 }

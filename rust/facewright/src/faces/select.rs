@@ -1,8 +1,96 @@
 //! Which frames shape and texture are taken from, and why not from the others; clips that show no depth.
 
+use super::Clip;
 use crate::FacewrightError;
 use geometry::Transform;
 use std::collections::BTreeMap;
+
+/// Keys that tell whether a face is quiet.
+const EXPRESSIONS: [&str; 6] = ["jawOpen", "mouthSmile", "mouthFunnel", "mouthPucker", "browInnerUp", "mouthStretch"];
+
+/// The frames from which shape and texture are taken.
+#[derive(Clone, Debug)]
+pub struct Chosen {
+    /// Per frame of the clip, why it is used (`Ok`) or not.
+    pub verdicts: Vec<Result<String, String>>,
+    /// The frames that are used, ascending.
+    pub frames: Vec<usize>,
+}
+
+impl Chosen {
+    /// Of the frames that were looked at and have a pose.
+    ///
+    /// # Errors
+    /// [`FacewrightError::TooFewUsable`], [`FacewrightError::NoRotation`], [`FacewrightError::OnlyZoom`].
+    pub fn of(clip: &Clip, poses: &[Option<Transform>]) -> Result<Self, FacewrightError> {
+        let mut candidates = candidates(clip);
+        candidates.iter_mut().zip(poses).for_each(|(candidate, pose)| {
+            *candidate = candidate.take().zip(*pose).map(|(c, cam_from_head)| Candidate { cam_from_head, ..c });
+        });
+        let mut verdicts = select(&candidates, &SelectOptions::default());
+        for (frame, verdict) in verdicts.iter_mut().enumerate() {
+            if clip.faces.look(frame).is_none() && clip.known.frames[frame].is_some() {
+                *verdict = Err("between frames that were looked at".to_owned());
+            } else if candidates[frame].is_none() && clip.faces.face(frame).is_some() {
+                *verdict = Err("its points tell no pose".to_owned());
+            }
+        }
+        Self { frames: Vec::new(), verdicts }.checked(clip)
+    }
+
+    /// Leaves out further frames.
+    pub fn without(mut self, reason: &str, is_out: impl Fn(usize) -> bool) -> Self {
+        self.frames.retain(|&frame| !is_out(frame));
+        for (_, verdict) in self.verdicts.iter_mut().enumerate().filter(|(frame, v)| v.is_ok() && is_out(*frame)) {
+            *verdict = Err(reason.to_owned());
+        }
+        self
+    }
+
+    fn checked(mut self, clip: &Clip) -> Result<Self, FacewrightError> {
+        self.frames = (0..self.verdicts.len()).filter(|&frame| self.verdicts[frame].is_ok()).collect();
+        if self.frames.len() < 2 {
+            let all: Vec<Transform> = clip.known.frames.iter().flatten().map(|known| known.cam_from_head).collect();
+            if all.len() > 1 {
+                check_turn(&all)?;
+            }
+            let reasons = tally(self.verdicts.iter().filter_map(|v| v.as_ref().err()).map(String::as_str));
+            return Err(FacewrightError::TooFewUsable {
+                usable: self.frames.len(),
+                frames: self.verdicts.len(),
+                reasons,
+            });
+        }
+        let poses: Vec<Transform> = self.frames.iter().map(|&frame| clip.pose(frame)).collect();
+        check_turn(&poses)?;
+        Ok(self)
+    }
+}
+
+/// What frames are chosen by; `None` where there is no face, or nobody looked.
+pub fn candidates(clip: &Clip) -> Vec<Option<Candidate>> {
+    let (head, fit) = (clip.head, &clip.landmark_fit);
+    let indices = |wanted: &[&str]| -> Vec<usize> {
+        let matches = |name: &str| wanted.iter().any(|w| name.starts_with(w));
+        (0..head.keys.len()).filter(|&i| matches(&head.keys[i].name)).collect()
+    };
+    let (expressions, blinks) = (indices(&EXPRESSIONS), indices(&["eyeBlink"]));
+    let fitted = || fit.frames.iter().flatten();
+    let usual: Vec<f64> = (0..head.keys.len()).map(|k| median(fitted().map(|f| f.expression[k]))).collect();
+    let strongest =
+        |expression: &[f64], keys: &[usize]| keys.iter().map(|&k| (expression[k] - usual[k]).abs()).fold(0.0, f64::max);
+    let candidate = |(frame, fitted): (usize, &Option<head::fit::FittedFrame>)| {
+        let (look, fitted) = (clip.faces.look(frame)?, fitted.as_ref()?);
+        Some(Candidate {
+            cam_from_head: fitted.pose,
+            rms_px: fitted.rms_px,
+            sharpness: look.sharpness,
+            expression: strongest(&fitted.expression, &expressions),
+            blink: strongest(&fitted.expression, &blinks),
+        })
+    };
+    fit.frames.iter().enumerate().map(candidate).collect()
+}
 
 /// What is known of a frame when frames are chosen.
 #[derive(Clone, Debug)]

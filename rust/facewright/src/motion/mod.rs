@@ -12,9 +12,7 @@
 //! take part where they are still and are left out where they talk (`rigid`); what is rigid gives the motion; then the
 //! size (`scale`) and what is said of it (`report`).
 
-pub(crate) mod between;
 mod frames;
-mod measured;
 mod report;
 mod rig;
 mod rigid;
@@ -25,7 +23,6 @@ use crate::faces::select::{check_turn, median};
 use crate::{CameraSource, FacewrightError, Region, SizeOptions, SourcedCamera, Tracks};
 use clap::Args;
 use geometry::{Camera, Progress, Transform};
-pub use measured::{Measured, PosedFrame, lenders};
 use motion::bundle::{FocalPrior, PointPrior};
 use motion::sequence::{PointTrack, Sequence, SequenceOptions, Sighting, reconstruct_sequence};
 pub use report::{FrameMotion, HeadMotion, PointMotion, Roughness};

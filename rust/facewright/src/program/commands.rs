@@ -114,7 +114,7 @@ pub fn execute(arguments: &Arguments, progress: &Progress) -> Result<Summary, Fa
             let given = Given {
                 camera: camera.as_deref().map(SourcedCamera::read).transpose()?,
                 tracks: tracks.as_deref().map(Tracks::read).transpose()?,
-                motion: None,
+                ..Given::default()
             };
             check_folder(output)?;
             let frames = FrameSet::open(frames, progress)?;

@@ -29,9 +29,9 @@ pub(super) fn chain(sequence: &Sequence, progress: &Progress) -> Result<(usize, 
     let corners = detect(&shot.skin.pyramid, Some(&shot.skin.mask), &corner_options)?;
     let begin: Vec<Follow> = corners.iter().map(|corner| Ok((corner.position, REFERENCE_PX))).collect();
     corners.iter().for_each(|corner| findings.add(shot.index, sequence.region(shot.index, &corner.position), None));
-    let mut of_frame: Vec<Vec<Follow>> = vec![Vec::new(); sequence.frames.len()];
+    let mut of_frame: Vec<Vec<Follow>> = vec![Vec::new(); sequence.len()];
     let (index, mut done) = (shot.index, 0);
-    let ways: [Vec<usize>; 2] = [(index + 1..sequence.frames.len()).collect(), (0..index).rev().collect()];
+    let ways: [Vec<usize>; 2] = [(index + 1..sequence.len()).collect(), (0..index).rev().collect()];
     for way in ways {
         let (mut points, mut last) = (begin.clone(), None::<Shot>);
         for next in way {

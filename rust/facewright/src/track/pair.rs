@@ -105,10 +105,7 @@ pub fn match_pair(
     let camera = starting_camera(&frames, camera)?;
     let looks = [look(&frames, 0, assets)?, look(&frames, 1, assets)?];
     let mut pair = match options.method {
-        Method::Paper => {
-            let pyramids = [looks[0].skin.pyramid.clone(), looks[1].skin.pyramid.clone()];
-            paper_matches(&pyramids, &looks[0].skin.mask, options)?
-        }
+        Method::Paper => paper_matches([&looks[0].skin.pyramid, &looks[1].skin.pyramid], &looks[0].skin.mask, options)?,
         Method::Default => head_matches(&looks, assets, &camera, options, progress)?,
     };
     let kept = pair.kept().count();
@@ -122,7 +119,7 @@ pub fn match_pair(
 /// The paper's: corners by the smaller eigenvalue, pyramidal Lucas–Kanade, local adjustment of cross matches. The pair has
 /// no names yet.
 pub fn paper_matches(
-    pyramids: &[Pyramid; 2],
+    pyramids: [&Pyramid; 2],
     mask: &GrayImage,
     options: &MatchOptions,
 ) -> Result<MatchedPair, FacewrightError> {
@@ -134,17 +131,17 @@ pub fn paper_matches(
         min_distance: 5.0,
         ..CornerOptions::default()
     };
-    let corners: Vec<Vec2> = detect(&pyramids[0], Some(mask), &corner_options)?.iter().map(|c| c.position).collect();
+    let corners: Vec<Vec2> = detect(pyramids[0], Some(mask), &corner_options)?.iter().map(|c| c.position).collect();
     let paper = TrackOptions::paper(window);
     let track_options = TrackOptions { levels: options.levels.unwrap_or(paper.levels), ..paper };
-    let tracked = track(&pyramids[0], &pyramids[1], &corners, None, &track_options)?;
+    let tracked = track(pyramids[0], pyramids[1], &corners, None, &track_options)?;
     let found = |t: &Track| t.status == Status::Found;
     let match_of =
         |(a, t): (&Vec2, &Track)| if found(t) { PointMatch { a: *a, b: t.position } } else { PointMatch::missing(*a) };
     let matches: Vec<PointMatch> = corners.iter().zip(&tracked).map(match_of).collect();
     let correction = if options.correct {
         let adjustment = LocalAdjustmentOptions { window, ..LocalAdjustmentOptions::default() };
-        local_adjustment(&pyramids[0], &pyramids[1], &matches, &adjustment)?
+        local_adjustment(pyramids[0], pyramids[1], &matches, &adjustment)?
     } else {
         Correction::unchanged(&matches)
     };
@@ -167,9 +164,9 @@ struct Look {
 }
 
 fn look(frames: &FrameSet, i: usize, assets: &Assets) -> Result<Look, FacewrightError> {
-    let picture = frames.load(i)?;
+    let picture = frames.picture(i)?;
     let face = assets.landmarker.find(&picture)?.ok_or(FacewrightError::NoFace { frames: 1 })?;
-    Ok(Look { skin: TrackedSkin::of(&picture, &face), seen: observation(Some(&face)) })
+    Ok(Look { skin: TrackedSkin::of(frames.pyramid(i)?, &face), seen: observation(Some(&face)) })
 }
 
 /// Ours: the head that both frames' landmarks give predicts where each corner goes and how its surroundings are

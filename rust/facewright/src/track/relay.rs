@@ -33,7 +33,7 @@ pub(super) fn relay(
     findings: &mut Findings,
     progress: &Progress,
 ) -> Result<(), FacewrightError> {
-    let frames: Vec<usize> = (0..sequence.frames.len()).collect();
+    let frames: Vec<usize> = (0..sequence.len()).collect();
     let forward = way(sequence, references, findings, &frames, progress)?;
     let backward = way(sequence, references, findings, &frames.iter().rev().copied().collect::<Vec<_>>(), progress)?;
     for (&(point, frame), there) in &forward {

@@ -17,8 +17,7 @@ use crate::faces::{Faces, TrackedSkin};
 use crate::{Assets, CameraSource, FacewrightError, FrameSet, Given, Method, SizeOptions, SourcedCamera};
 use clap::Args;
 use geometry::mesh::at_barycentric;
-use geometry::{Camera, Progress, Transform, Vec2, Vec3};
-use head::GenericHead;
+use geometry::{Progress, Transform, Vec2, Vec3};
 use head::fit::eye_centres;
 use image::{GrayImage, Luma};
 use rayon::prelude::*;
@@ -60,7 +59,19 @@ impl Default for TrackClipOptions {
     }
 }
 
-/// Tracks points of the face through a sequence. Frames are in the order of time; of what is given, the camera counts.
+impl TrackClipOptions {
+    fn validate(&self) -> Result<(), FacewrightError> {
+        if !(8..=5000).contains(&self.points) {
+            return Err(FacewrightError::Option { name: "the number of points", expected: "8 to 5000" });
+        }
+        match self.window.filter(|w| !(3..=31).contains(w) || w.is_multiple_of(2)) {
+            Some(window) => Err(TrackError::Window(window).into()),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Tracks points of the face through a sequence. Frames are in the order of time; of what is given, camera and faces count.
 pub fn track(
     frames: &FrameSet,
     assets: &Assets,
@@ -71,33 +82,34 @@ pub fn track(
     if frames.len() < 2 {
         return Err(FacewrightError::OneFrame);
     }
-    if !(8..=5000).contains(&options.points) {
-        return Err(FacewrightError::Option { name: "the number of points", expected: "8 to 5000" });
-    }
-    if let Some(window) = options.window.filter(|w| !(3..=31).contains(w) || w.is_multiple_of(2)) {
-        return Err(TrackError::Window(window).into());
-    }
-    let mut camera = starting_camera(frames, given.camera.as_ref())?;
-    let faces = Faces::look(frames, assets, &camera, &SizeOptions::default(), progress)?;
-    if camera.source != CameraSource::Board {
-        camera.camera = faces.landmark_fit.camera;
-    }
-    let sequence = Sequence::new(frames, &assets.head, &faces, camera.camera, options);
+    options.validate()?;
+    let camera = starting_camera(frames, given.camera.as_ref())?;
+    let clip = Clip::look(frames, assets, given, &camera, &SizeOptions::default(), progress)?;
+    track_head(&clip, &clip.known, camera.source, options, progress)
+}
+
+/// Tracks points of a head that is known, about where it is known to be in each frame.
+pub fn track_head(
+    clip: &Clip,
+    known: &KnownHead,
+    source: CameraSource,
+    options: &TrackClipOptions,
+    progress: &Progress,
+) -> Result<Tracks, FacewrightError> {
+    let sequence = Sequence::new(clip, known, options);
     progress.stage("track")?;
     let (window, findings) = match options.method {
         Method::Default => sequence.follow(progress)?,
         Method::Paper => chain(&sequence, progress)?,
     };
-    Ok(sequence.report(camera, window, &findings))
+    Ok(sequence.report(SourcedCamera { camera: known.camera, source }, window, &findings))
 }
 
 /// What tracking works on.
 pub(super) struct Sequence<'a> {
-    pub frames: &'a FrameSet,
+    pub clip: &'a Clip<'a>,
     pub options: &'a TrackClipOptions,
-    head: &'a GenericHead,
-    faces: &'a Faces,
-    camera: Camera,
+    known: &'a KnownHead,
     triangles: Vec<[u32; 3]>,
     pub search: SearchOptions,
     /// How good each frame is to choose points in, or why it is not.
@@ -122,62 +134,65 @@ pub(super) struct Reference<'a> {
 }
 
 impl<'a> Sequence<'a> {
-    fn new(
-        frames: &'a FrameSet,
-        head: &'a GenericHead,
-        faces: &'a Faces,
-        camera: Camera,
-        options: &'a TrackClipOptions,
-    ) -> Self {
+    fn new(clip: &'a Clip<'a>, known: &'a KnownHead, options: &'a TrackClipOptions) -> Self {
         let search = SearchOptions { window: options.window, ..SearchOptions::default() };
-        let quality = judge_all(&faces.candidates(head), &SelectOptions::default());
-        Self { frames, options, head, faces, camera, triangles: head.outer_skin(), search, quality }
+        let quality = judge_all(&candidates(clip), &SelectOptions::default());
+        Self { clip, options, known, triangles: clip.head.outer_skin(), search, quality }
     }
 
-    fn pose(&self, index: usize) -> Option<Transform> {
-        self.faces.landmark_fit.frames[index].as_ref().map(|fitted| fitted.pose)
+    /// Number of frames.
+    pub fn len(&self) -> usize {
+        self.clip.frames.len()
     }
 
     /// Part of the face that a pixel of a frame shows.
     pub fn region(&self, index: usize, pixel: &Vec2) -> super::Region {
-        self.faces.observations[index].face.as_ref().map_or(super::Region::Skin, |face| region(face, pixel))
+        self.clip.faces.face(index).map_or(super::Region::Skin, |face| region(face, pixel))
     }
 
     /// Where a place of the skin is when the face is at rest, head frame, metres.
     pub fn place(&self, point: &SkinPoint) -> Vec3 {
-        at_barycentric(&self.faces.landmark_fit.positions, &point.triangle, &point.weights)
+        at_barycentric(&self.known.positions, &point.triangle, &point.weights)
     }
 
-    /// Reads a frame; `None` where it shows no face.
+    /// Reads a frame; `None` where the head is not known to be.
     pub fn shoot(&self, index: usize) -> Result<Option<Shot>, FacewrightError> {
-        let (fit, face) = (&self.faces.landmark_fit, &self.faces.observations[index].face);
-        let (Some(fitted), Some(face)) = (&fit.frames[index], face) else { return Ok(None) };
-        let skin = TrackedSkin::of(&self.frames.load(index)?, face);
-        let positions = self.head.with_expression(&fit.positions, &fitted.expression);
-        Ok(Some(Shot { index, skin, pose: fitted.pose, positions }))
+        let Some(known) = &self.known.frames[index] else { return Ok(None) };
+        let pyramid = self.clip.frames.pyramid(index)?;
+        let skin = match self.clip.faces.face(index) {
+            Some(face) => TrackedSkin::of(pyramid, face),
+            None => TrackedSkin::sought(pyramid),
+        };
+        let positions = self.clip.head.with_expression(&self.known.positions, &known.expression);
+        Ok(Some(Shot { index, skin, pose: known.cam_from_head, positions }))
     }
 
     /// Frames in which points are chosen: the one that was asked for, or the best near each yaw.
     pub fn references(&self) -> Result<Vec<usize>, FacewrightError> {
-        let fitted: Vec<usize> = (0..self.frames.len()).filter(|&i| self.pose(i).is_some()).collect();
-        let names = &self.frames.frames;
+        let is_seen = |&i: &usize| self.known.frames[i].is_some() && self.clip.faces.face(i).is_some();
+        let seen: Vec<usize> = (0..self.len()).filter(is_seen).collect();
         if let Some(name) = &self.options.from {
-            let found = fitted.iter().copied().find(|&i| names[i].name == *name);
-            let ends = [&names[0], &names[names.len() - 1]].map(|frame| frame.name.clone());
-            let [first, last] = ends;
-            return found.map(|i| vec![i]).ok_or(FacewrightError::NoSuchFrame { name: name.clone(), first, last });
+            return self.named(name, &seen).map(|found| vec![found]);
         }
         let away = |i: usize, yaw_deg: f64| {
-            self.pose(i).map_or(f64::INFINITY, |pose| (yaw_pitch(&pose).0.to_degrees() - yaw_deg).abs())
+            self.known.pose(i).map_or(f64::INFINITY, |pose| (yaw_pitch(&pose).0.to_degrees() - yaw_deg).abs())
         };
         let cost = |i: usize, yaw_deg: f64| away(i, yaw_deg) - self.quality[i].as_ref().map_or(-UNFIT_DEG, |q| *q);
         let mut references = Vec::new();
         for yaw_deg in REFERENCE_YAWS_DEG {
-            let near = fitted.iter().copied().filter(|&i| away(i, yaw_deg) < REFERENCE_REACH_DEG);
+            let near = seen.iter().copied().filter(|&i| away(i, yaw_deg) < REFERENCE_REACH_DEG);
             let best = near.min_by(|&i, &j| cost(i, yaw_deg).total_cmp(&cost(j, yaw_deg)));
             references.extend(best.filter(|i| !references.contains(i)));
         }
         Ok(references)
+    }
+
+    /// The frame of a name, which must be among those with a face.
+    fn named(&self, name: &str, seen: &[usize]) -> Result<usize, FacewrightError> {
+        let names = &self.clip.frames.frames;
+        let [first, last] = [&names[0], &names[names.len() - 1]].map(|frame| frame.name.clone());
+        let found = seen.iter().copied().find(|&i| names[i].name == *name);
+        found.ok_or(FacewrightError::NoSuchFrame { name: name.to_owned(), first, last })
     }
 
     /// Chooses points in the reference frames and seeks them in all frames; the window, and what was found.
@@ -194,7 +209,7 @@ impl<'a> Sequence<'a> {
                 findings.add(reference.index, region(seed), Some(self.place(&seed.point)));
             }
         }
-        let indices: Vec<usize> = (0..self.frames.len()).collect();
+        let indices: Vec<usize> = (0..self.len()).collect();
         for chunk in indices.chunks(CHUNK) {
             progress.step(chunk[0], indices.len())?;
             let found: Result<Vec<_>, FacewrightError> = chunk.par_iter().map(|&i| self.seek(i, &references)).collect();
@@ -211,7 +226,7 @@ impl<'a> Sequence<'a> {
     }
 
     pub fn scene<'s>(&'s self, shot: &'s Shot, surface: &'s Surface<'s>) -> Scene<'s> {
-        Scene { skin: &shot.skin, view: View::new(surface, &self.camera, shot.pose) }
+        Scene { skin: &shot.skin, view: View::new(surface, &self.known.camera, shot.pose) }
     }
 
     /// Corners of each reference frame beside the points of those before it.
@@ -268,27 +283,27 @@ impl<'a> Sequence<'a> {
     /// The tracks as they are written.
     fn report(&self, camera: SourcedCamera, window: usize, findings: &Findings) -> Tracks {
         let tracks: Vec<PointTrack> = findings.tracks();
-        let mut counts = vec![0; self.frames.len()];
+        let mut counts = vec![0; self.len()];
         tracks.iter().flat_map(|t| &t.observations).for_each(|o| counts[o.0] += 1);
         let frame = |i: usize| {
-            let pose = self.pose(i);
+            let pose = self.known.pose(i);
             let reason = match (&self.quality[i], &pose) {
                 (_, Some(pose)) if counts[i] > 0 => format!("yaw {:+.0}°", yaw_pitch(pose).0.to_degrees()),
                 (Err(reason), _) => reason.clone(),
                 _ => "no point was found again".to_owned(),
             };
-            let name = self.frames.frames[i].name.clone();
+            let name = self.clip.frames.frames[i].name.clone();
             FrameTracks { name, used: counts[i] > 0, reason, cam_from_head: pose, points: counts[i] }
         };
         Tracks {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             method: self.options.method,
             camera,
-            interocular: eye_centres(self.head, &self.faces.landmark_fit.positions).map(|[a, b]| (a - b).norm()),
+            interocular: eye_centres(self.clip.head, &self.known.positions).map(|[a, b]| (a - b).norm()),
             window,
-            frames: (0..self.frames.len()).map(frame).collect(),
+            frames: (0..self.len()).map(frame).collect(),
             tracks,
-            warnings: self.faces.warnings.clone(),
+            warnings: self.clip.faces.warnings(),
         }
     }
 }

@@ -10,6 +10,7 @@ use super::net::{Net, Threads};
 use geometry::face_mesh::EYE_CORNERS;
 use geometry::{Vec2, Vec3};
 use image::RgbImage;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Points along the lids.
@@ -22,14 +23,16 @@ const NARROWEST: f64 = 0.6;
 const CLOSED: f64 = 0.10;
 
 /// An eye's iris and lids.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Iris {
     /// Centre of the iris, pixels.
+    #[serde(with = "super::rounded::one")]
     pub centre: Vec2,
     /// Radius of the iris, pixels: its longer half-axis, as the iris is round.
     pub radius: f64,
     /// The edge of the lids, 16 pixels points: outer corner, lower lid, inner corner, upper lid, in the order of
     /// [`EYE_CONTOURS`](geometry::face_mesh::EYE_CONTOURS).
+    #[serde(with = "super::rounded")]
     pub eye_contour: Vec<Vec2>,
     /// Area between the lids, in squares of the eye's width: about 0.2 open, 0.05 closed.
     pub openness: f64,

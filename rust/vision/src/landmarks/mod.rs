@@ -16,6 +16,7 @@ mod iris;
 mod mask;
 mod mesh;
 mod net;
+mod rounded;
 
 pub use detector::DetectedFace;
 pub use error::LandmarkError;
@@ -29,6 +30,7 @@ use image::RgbImage;
 use iris::IrisNet;
 use mesh::{MeshNet, region_of};
 use net::Threads;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Below this score a region does not show a face.
@@ -44,10 +46,11 @@ const SETTLED: Nearness = Nearness { shift: 0.05, growth: 1.08, turn: 0.08 };
 /// How far a followed face may move from frame to frame before we look for it anew.
 const SAME_PERSON: Nearness = Nearness { shift: 0.4, growth: 1.6, turn: 1.0 };
 
-/// A face: its points and irises.
-#[derive(Clone, Debug, PartialEq)]
+/// A face: its points and irises. In files, places are rounded to a thousandth of a pixel.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Face {
     /// 468 points: `u, v` pixels, and the depth in the same scale, growing away from the camera.
+    #[serde(with = "rounded")]
     pub points: Vec<Vec3>,
     /// How sure the net is that this is a face, 0 to 1.
     pub score: f64,
@@ -66,6 +69,22 @@ impl Face {
         let middle = |ends: [usize; 2]| (self.points[ends[0]].xy() + self.points[ends[1]].xy()) / 2.0;
         let [left, right] = geometry::face_mesh::EYE_CORNERS.map(middle);
         (left - right).norm()
+    }
+
+    /// Whether all its numbers may be those of a face; a sentence where they may not.
+    ///
+    /// # Errors
+    /// What is wrong, in words.
+    pub fn check(&self) -> Result<(), &'static str> {
+        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+        if self.points.len() != geometry::face_mesh::LANDMARKS {
+            return Err("the face does not have 468 points");
+        }
+        let contours = || self.irises.iter().flat_map(|iris| &iris.eye_contour);
+        let is_sound = self.points.iter().all(|p| finite(p.as_slice()))
+            && contours().all(|p| finite(p.as_slice()))
+            && self.irises.iter().all(|iris| finite(iris.centre.as_slice()) && finite(&[iris.radius]));
+        if is_sound { Ok(()) } else { Err("the face has numbers that are none") }
     }
 
     /// Whether this is a face beyond doubt.

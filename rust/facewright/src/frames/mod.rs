@@ -1,19 +1,32 @@
 //! Frames from image files, folders and videos.
 //!
 //! Pictures are decoded when they are asked for, turned upright by their EXIF orientation and brought to 8-bit RGB
-//! whatever their depth, so that a long clip never stands in memory as a whole.
+//! whatever their depth. What was decoded is kept as far as memory allows ([`store`]): a short clip is decoded once, a long one
+//! never stands in memory as a whole.
+
+mod store;
 
 use crate::FacewrightError;
 use geometry::Progress;
-use image::{DynamicImage, ImageDecoder, ImageReader, RgbImage};
+use image::{DynamicImage, ImageDecoder, ImageReader, RgbImage, imageops};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::Arc;
+use store::Store;
 use tempfile::TempDir;
+use vision::pyramid::Pyramid;
 
 const PICTURES: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "bmp", "webp"];
 const VIDEOS: [&str; 8] = ["mp4", "mov", "avi", "mkv", "webm", "m4v", "mpg", "ogv"];
 /// Diagonal of a 36 × 24 mm film frame, to which "35 mm equivalent" focal lengths refer.
 const FILM_DIAGONAL_MM: f64 = 43.267;
+
+/// Room for decoded pictures, bytes …
+const PICTURES_ROOM: usize = 96 << 20;
+/// … and for their pyramids.
+const PYRAMIDS_ROOM: usize = 160 << 20;
+/// Levels of the pyramids that are tracked in.
+const LEVELS: usize = 4;
 
 /// One picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,6 +48,8 @@ pub struct FrameSet {
     pub height: u32,
     /// Focal length in pixels where the first frame's EXIF tells it.
     pub exif_focal: Option<f64>,
+    pictures: Store<RgbImage>,
+    pyramids: Store<Pyramid>,
     _decoded: Option<TempDir>,
 }
 
@@ -79,13 +94,13 @@ impl FrameSet {
             frames.push(Frame { name, path: path.clone() });
         }
         let exif_focal = exif_focal(&first, width, height);
-        Ok(Self { frames, width, height, exif_focal, _decoded: decoded })
+        Ok(Self { exif_focal, _decoded: decoded, ..Self::of(frames, width, height) })
     }
 
     /// Frames that are known to be there and of one size.
-    #[cfg(test)]
     pub(crate) fn of(frames: Vec<Frame>, width: u32, height: u32) -> Self {
-        Self { frames, width, height, exif_focal: None, _decoded: None }
+        let (pictures, pyramids) = (Store::new(frames.len(), PICTURES_ROOM), Store::new(frames.len(), PYRAMIDS_ROOM));
+        Self { frames, width, height, exif_focal: None, pictures, pyramids, _decoded: None }
     }
 
     /// Number of frames.
@@ -98,9 +113,42 @@ impl FrameSet {
         self.frames.is_empty()
     }
 
-    /// Decodes frame `i`.
+    /// Decodes frame `i`, for those who need it once.
     pub fn load(&self, i: usize) -> Result<RgbImage, FacewrightError> {
         load_picture(&self.frames[i].path)
+    }
+
+    /// Frame `i`, decoded now or before.
+    pub fn picture(&self, i: usize) -> Result<Arc<RgbImage>, FacewrightError> {
+        if let Some(picture) = self.pictures.get(i) {
+            return Ok(picture);
+        }
+        let picture = self.load(i)?;
+        // Decoding costs more than the pyramid: what is looked at is tracked in as well.
+        self.keep_pyramid(i, &picture);
+        let bytes = picture.as_raw().len();
+        Ok(self.pictures.keep(i, picture, bytes))
+    }
+
+    /// The grey levels of frame `i`, halved again and again.
+    pub fn pyramid(&self, i: usize) -> Result<Arc<Pyramid>, FacewrightError> {
+        if let Some(pyramid) = self.pyramids.get(i) {
+            return Ok(pyramid);
+        }
+        match self.pictures.get(i) {
+            Some(picture) => Ok(self.keep_pyramid(i, &picture)),
+            None => Ok(self.keep_pyramid(i, &self.load(i)?)),
+        }
+    }
+
+    fn keep_pyramid(&self, i: usize, picture: &RgbImage) -> Arc<Pyramid> {
+        if let Some(pyramid) = self.pyramids.get(i) {
+            return pyramid;
+        }
+        let grey = imageops::grayscale(picture);
+        // The levels after the picture itself take two bytes for each of a third of its pixels.
+        let bytes = grey.as_raw().len() * 5 / 3;
+        self.pyramids.keep(i, Pyramid::sharing(Arc::new(grey), LEVELS), bytes)
     }
 }
 
