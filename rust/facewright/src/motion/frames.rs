@@ -1,6 +1,6 @@
 //! What is said of each frame: its pose and how certain that is, or why it has none.
 
-use super::report::FrameMotion;
+use super::head_motion::FrameMotion;
 use crate::{FrameTracks, Tracks};
 use geometry::{Mat3, Transform, Vec2, Vec3, skew};
 use motion::bundle::Observation;

@@ -14,6 +14,7 @@
 
 pub(crate) mod between;
 mod frames;
+mod head_motion;
 mod measured;
 mod report;
 mod rig;
@@ -25,10 +26,10 @@ use crate::faces::select::{check_turn, median};
 use crate::{CameraSource, FacewrightError, Region, SizeOptions, SourcedCamera, Tracks};
 use clap::Args;
 use geometry::{Camera, Progress, Transform};
+pub use head_motion::{FrameMotion, HeadMotion, PointMotion, Roughness};
 pub use measured::{Measured, PosedFrame, lenders};
 use motion::bundle::{FocalPrior, PointPrior};
 use motion::sequence::{PointTrack, Sequence, SequenceOptions, Sighting, reconstruct_sequence};
-pub use report::{FrameMotion, HeadMotion, PointMotion, Roughness};
 pub use rig::{RigTracks, solve_motion_on_rig};
 use rigid::{Judged, judge};
 use serde::{Deserialize, Serialize};
