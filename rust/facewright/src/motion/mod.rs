@@ -122,11 +122,7 @@ struct Problem {
 impl Problem {
     fn new(tracks: &Tracks, camera: SourcedCamera) -> Self {
         let poses: Vec<Transform> = tracks.frames.iter().filter_map(|frame| frame.cam_from_head).collect();
-        let sighting = |&(frame, u, v, sigma_px): &crate::PointObservation| Sighting {
-            frame,
-            pixel: geometry::Vec2::new(u, v),
-            sigma_px,
-        };
+        let sighting = |&crate::PointObservation { frame, pixel, sigma_px }: &_| Sighting { frame, pixel, sigma_px };
         let solver = SequenceOptions {
             frames: tracks.frames.len(),
             initial_sigma_rad: LANDMARK_SIGMA_RAD,

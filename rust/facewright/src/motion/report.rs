@@ -60,7 +60,7 @@ pub(super) fn report(
 /// Refuses a motion that explains hardly any frame: a few wrong tracks always agree by chance.
 fn check_enough(tracks: &Tracks, frames: &[FrameMotion]) -> Result<(), FacewrightError> {
     let mut shows_points = vec![false; frames.len()];
-    tracks.tracks.iter().flat_map(|track| &track.observations).for_each(|o| shows_points[o.0] = true);
+    tracks.tracks.iter().flat_map(|track| &track.observations).for_each(|o| shows_points[o.frame] = true);
     let tracked = shows_points.iter().filter(|shows| **shows).count();
     let usable = frames.iter().filter(|frame| frame.used).count();
     if usable >= 2 && usable as f64 >= LEAST_USED * tracked as f64 {

@@ -18,7 +18,7 @@ pub fn given(
     let views: Vec<View> = frames.iter().map(|f| View::new(&surface, camera, f.cam_from_head)).collect();
     let place = |frame: usize| chosen.iter().position(|&index| index == frame);
     let of_point = |track: &super::PointTrack| {
-        let seen = track.observations.iter().filter_map(|o| Some((place(o.0)?, Vec2::new(o.1, o.2), o.3)));
+        let seen = track.observations.iter().filter_map(|o| Some((place(o.frame)?, o.pixel, o.sigma_px)));
         let observations: Vec<(usize, Vec2, f64)> = seen.collect();
         let cast = |&(k, pixel, _): &(usize, Vec2, f64)| {
             let point = views[k].cast(&pixel)?;

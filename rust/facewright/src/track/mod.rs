@@ -24,4 +24,4 @@ pub use pair::{MatchOptions, MatchedPair, Matches, match_pair};
 pub use search::{Anchors, Scene, Search, SearchOptions, Seed, Sighting, seeds};
 pub use sequence::{TrackClipOptions, track};
 pub use surface::{Surface, View};
-pub use tracks::{FrameTracks, PointObservation, PointTrack, Region, Tracks};
+pub use tracks::{FrameTracks, PointGap, PointObservation, PointTrack, Region, Tracks};
