@@ -53,6 +53,6 @@ pub use reconstruct::{ReconstructOptions, generic_head, reconstruct};
 pub use result::{FitReport, FrameReport, Reconstruction, Report, Scale, TextureReport, overlay};
 pub use size::{KnownLength, SizeOptions};
 pub use track::{
-    FrameTracks, MatchOptions, MatchedPair, Matches, PointObservation, PointTrack, Region, TrackClipOptions, Tracks,
-    match_pair, track,
+    FrameTracks, MatchOptions, MatchedPair, Matches, PointGap, PointObservation, PointTrack, Region, TrackClipOptions,
+    Tracks, match_pair, track,
 };

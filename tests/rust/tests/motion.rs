@@ -5,11 +5,11 @@
 use end_to_end::truth::Truth;
 use end_to_end::{assets, clip};
 use facewright::{
-    Assets, CalibrateOptions, FacewrightError, FrameSet, HeadMotion, KnownLength, MotionOptions, PointTrack, Region,
-    SourcedCamera, TrackClipOptions, Tracks, calibrate, solve_motion, track,
+    Assets, CalibrateOptions, FacewrightError, FrameSet, HeadMotion, KnownLength, MotionOptions, PointObservation,
+    PointTrack, Region, SourcedCamera, TrackClipOptions, Tracks, calibrate, solve_motion, track,
 };
 use geometry::mesh::closest_barycentric;
-use geometry::{Progress, Similarity, Transform, Vec3};
+use geometry::{Progress, Similarity, Transform, Vec2, Vec3};
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -125,8 +125,8 @@ fn a_narrow_turn_says_that_it_hardly_knows_the_focal_length() {
     let mut tracks = estimated(FILM.tracks.clone());
     let narrow = |frame: usize| FILM.truth.yaw_deg[frame].abs() < 5.0;
     for track in &mut tracks.tracks {
-        track.observations.retain(|o| narrow(o.0));
-        track.reference = track.observations.first().map_or(0, |o| o.0);
+        track.observations.retain(|o| narrow(o.frame));
+        track.reference = track.observations.first().map_or(0, |o| o.frame);
     }
     tracks.tracks.retain(|track| track.observations.len() > 2);
     (0..tracks.frames.len()).filter(|&k| !narrow(k)).for_each(|k| tracks.frames[k].cam_from_head = None);
@@ -176,7 +176,7 @@ fn talking() -> (Tracks, Vec<usize>) {
         if track.observations.len() > 8 && (track.region == Region::Mouth || k % 9 == 0) {
             talk.push(track.id);
             for o in &mut track.observations {
-                o.2 += 4.0 * (0.9 * o.0 as f64).sin().max(0.0);
+                o.pixel.y += 4.0 * (0.9 * o.frame as f64).sin().max(0.0);
             }
         }
     }
@@ -206,7 +206,7 @@ fn the_background_never_joins() {
     let first = 10_000;
     for k in 0..60 {
         let at = (7.0 + 6.5 * f64::from(k), if k % 2 == 0 { 11.0 } else { 280.0 });
-        let observations = (0..tracks.frames.len()).map(|f| (f, at.0, at.1, 0.1)).collect();
+        let observations = (0..tracks.frames.len()).map(|f| (f, at.0, at.1, 0.1).into()).collect();
         let (id, gaps) = (first + k as usize, Vec::new());
         tracks.tracks.push(PointTrack { id, reference: 0, region: Region::Skin, place: None, observations, gaps });
     }
@@ -240,9 +240,9 @@ fn frozen(growth: f64) -> Tracks {
         frame.cam_from_head = Some(pose);
     }
     for track in &mut tracks.tracks {
-        let (_, u, v, sigma) = track.observations[0];
-        let (x, y) = (u - camera.cx, v - camera.cy);
-        let grown = |k: usize| (k, camera.cx + scale(k) * x, camera.cy + scale(k) * y, sigma);
+        let (seen, middle) = (track.observations[0], Vec2::new(camera.cx, camera.cy));
+        let grown =
+            |frame: usize| PointObservation { frame, pixel: middle + scale(frame) * (seen.pixel - middle), ..seen };
         track.observations = (0..count).map(grown).collect();
     }
     tracks
@@ -272,8 +272,8 @@ fn tracks_that_fit_no_head_are_refused_with_what_the_frames_lack() {
     let mut tracks = FILM.tracks.clone();
     for (k, track) in tracks.tracks.iter_mut().enumerate() {
         for o in &mut track.observations {
-            o.1 += 25.0 * (1.7 * k as f64 + 3.1 * o.0 as f64).sin();
-            o.2 += 25.0 * (2.9 * k as f64 + 1.3 * o.0 as f64).cos();
+            o.pixel.x += 25.0 * (1.7 * k as f64 + 3.1 * o.frame as f64).sin();
+            o.pixel.y += 25.0 * (2.9 * k as f64 + 1.3 * o.frame as f64).cos();
         }
     }
     let refused = solve_motion(&tracks, &MotionOptions::default(), &Progress::new());
@@ -284,9 +284,9 @@ fn tracks_that_fit_no_head_are_refused_with_what_the_frames_lack() {
 fn a_frame_full_of_wrong_tracks_is_named_with_its_reason() {
     let mut tracks = FILM.tracks.clone();
     for (k, track) in tracks.tracks.iter_mut().enumerate() {
-        for o in track.observations.iter_mut().filter(|o| o.0 == 9) {
-            o.1 += 25.0 * (1.7 * k as f64).sin();
-            o.2 += 25.0 * (2.9 * k as f64).cos();
+        for o in track.observations.iter_mut().filter(|o| o.frame == 9) {
+            o.pixel.x += 25.0 * (1.7 * k as f64).sin();
+            o.pixel.y += 25.0 * (2.9 * k as f64).cos();
         }
     }
     let motion = solved(&tracks);

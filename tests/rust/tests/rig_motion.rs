@@ -2,8 +2,8 @@
 
 use end_to_end::truth::Truth;
 use facewright::{
-    CalibratedCamera, CalibratedRig, CameraSource, FrameTracks, Method, MountedCamera, PointTrack, Region, RigTracks,
-    SourcedCamera, Tracks, solve_motion_on_rig,
+    CalibratedCamera, CalibratedRig, CameraSource, FrameTracks, Method, MountedCamera, PointObservation, PointTrack,
+    Region, RigTracks, SourcedCamera, Tracks, solve_motion_on_rig,
 };
 use geometry::{Camera, Progress, Transform, Vec3, mesh::vertex_normals};
 use motion::calibrate::rig::Mount;
@@ -70,12 +70,12 @@ fn film(truth: &Truth, camera_from_left: Transform, size: f64, seed: u64) -> Tra
             let in_camera = pose.apply(&point);
             let facing = -(pose.rotation * normal).dot(&in_camera.normalize());
             let seen = lens().project(&in_camera).filter(|_| facing > 0.3)? + random.normal2(NOISE_PX);
-            Some((frame, seen.x, seen.y, NOISE_PX))
+            Some(PointObservation { frame, pixel: seen, sigma_px: NOISE_PX })
         };
         let observations: Vec<_> = poses.iter().enumerate().filter_map(sight).collect();
         let off = Vec3::new(random.normal(), random.normal(), random.normal()) * 0.003;
         let place = Some((point * size + off).into());
-        let reference = observations.first().map_or(0, |o| o.0);
+        let reference = observations.first().map_or(0, |o| o.frame);
         PointTrack { id, reference, region: Region::Skin, place, observations, gaps: Vec::new() }
     };
     let tracks: Vec<PointTrack> = (0..POINTS).map(track).collect();
@@ -138,13 +138,17 @@ fn films_that_do_not_belong_together_are_refused_in_words() {
     let mut backwards = together.clone();
     backwards[1].tracks.tracks.iter_mut().for_each(|track| {
         track.observations.reverse();
-        track.observations.iter_mut().for_each(|o| o.0 = truth.poses.len() - 1 - o.0);
+        track.observations.iter_mut().for_each(|o| o.frame = truth.poses.len() - 1 - o.frame);
     });
     backwards[1].tracks.frames.reverse();
     assert!(refused(&backwards).contains("do not show the same moments"), "{}", refused(&backwards));
     let mut shorter = together.clone();
     shorter[1].tracks.frames.pop();
-    shorter[1].tracks.tracks.iter_mut().for_each(|track| track.observations.retain(|o| o.0 + 1 < truth.poses.len()));
+    shorter[1]
+        .tracks
+        .tracks
+        .iter_mut()
+        .for_each(|track| track.observations.retain(|o| o.frame + 1 < truth.poses.len()));
     assert!(refused(&shorter).contains("21 of left, 20 of right"), "{}", refused(&shorter));
     let mut stranger = together.clone();
     stranger[1].camera = "middle".to_owned();

@@ -89,10 +89,10 @@ fn the_correction_can_be_left_out_and_says_what_it_did() {
 fn tracks_stay_on_their_point_through_the_whole_turn() {
     let mut errors = Vec::new();
     for point in &FILM.tracks.tracks {
-        let own = point.observations.iter().find(|o| o.0 == point.reference).unwrap();
-        for o in point.observations.iter().filter(|o| o.0 != point.reference) {
-            let truth = FILM.truth.carried(point.reference, o.0, &Vec2::new(own.1, own.2));
-            errors.extend(truth.map(|truth| (truth - Vec2::new(o.1, o.2)).norm()));
+        let own = point.observations.iter().find(|o| o.frame == point.reference).unwrap();
+        for o in point.observations.iter().filter(|o| o.frame != point.reference) {
+            let truth = FILM.truth.carried(point.reference, o.frame, &own.pixel);
+            errors.extend(truth.map(|truth| (truth - o.pixel).norm()));
         }
     }
     let within = |limit: f64| errors.iter().filter(|e| **e <= limit).count() as f64 / errors.len() as f64;
@@ -127,7 +127,7 @@ fn a_face_that_leaves_ends_its_tracks_with_a_reason() {
     let frames = FrameSet::open(&inputs, &Progress::new()).unwrap();
     let tracks = track(&frames, &FILM.assets, &options(FILM.camera), &Progress::new()).unwrap();
     assert_eq!((tracks.frames[6].used, tracks.frames[6].reason.as_str()), (false, "no face"));
-    assert!(tracks.tracks.iter().all(|t| t.gaps.last().is_some_and(|gap| gap.1 == 6 && gap.2 == "no face")));
+    assert!(tracks.tracks.iter().all(|t| t.gaps.last().is_some_and(|gap| gap.last == 6 && gap.reason == "no face")));
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! What is said of each frame: its pose and how certain that is, or why it has none.
 
-use super::report::FrameMotion;
+use super::head_motion::FrameMotion;
 use crate::{FrameTracks, Tracks};
-use geometry::{Mat3, Transform, Vec2, Vec3, skew};
+use geometry::{Mat3, Transform, Vec3, skew};
 use motion::bundle::Observation;
 use motion::sequence::Sequence;
 use nalgebra::{Matrix2x3, Matrix6, Rotation3, SMatrix};
@@ -49,10 +49,11 @@ fn near(tracks: &Tracks, motion: &Sequence, threshold_px: f64) -> Vec<[usize; 2]
     let mut near = vec![[0; 2]; tracks.frames.len()];
     for (track, point) in tracks.tracks.iter().zip(&motion.points) {
         let Some(point) = point else { continue };
-        for &(frame, u, v, _) in &track.observations {
-            let at = motion.poses[frame].as_ref().ok().and_then(|pose| motion.camera.project(&pose.apply(point)));
-            let is_near = at.is_some_and(|at| (at - Vec2::new(u, v)).norm() < threshold_px);
-            near[frame] = [near[frame][0] + usize::from(is_near), near[frame][1] + 1];
+        for seen in &track.observations {
+            let at = motion.poses[seen.frame].as_ref().ok().and_then(|pose| motion.camera.project(&pose.apply(point)));
+            let is_near = at.is_some_and(|at| (at - seen.pixel).norm() < threshold_px);
+            let [agree, shown] = near[seen.frame];
+            near[seen.frame] = [agree + usize::from(is_near), shown + 1];
         }
     }
     near

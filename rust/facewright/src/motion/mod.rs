@@ -13,6 +13,7 @@
 //! size (`scale`) and what is said of it (`report`).
 
 mod frames;
+mod head_motion;
 mod report;
 mod rig;
 mod rigid;
@@ -23,9 +24,9 @@ use crate::faces::select::{check_turn, median};
 use crate::{CameraSource, FacewrightError, Region, SizeOptions, SourcedCamera, Tracks};
 use clap::Args;
 use geometry::{Camera, Progress, Transform};
+pub use head_motion::{FrameMotion, HeadMotion, PointMotion, Roughness};
 use motion::bundle::{FocalPrior, PointPrior};
 use motion::sequence::{PointTrack, Sequence, SequenceOptions, Sighting, reconstruct_sequence};
-pub use report::{FrameMotion, HeadMotion, PointMotion, Roughness};
 pub use rig::{RigTracks, solve_motion_on_rig};
 use rigid::{Judged, judge};
 use serde::{Deserialize, Serialize};
@@ -118,11 +119,7 @@ struct Problem {
 impl Problem {
     fn new(tracks: &Tracks, camera: SourcedCamera) -> Self {
         let poses: Vec<Transform> = tracks.frames.iter().filter_map(|frame| frame.cam_from_head).collect();
-        let sighting = |&(frame, u, v, sigma_px): &crate::PointObservation| Sighting {
-            frame,
-            pixel: geometry::Vec2::new(u, v),
-            sigma_px,
-        };
+        let sighting = |&crate::PointObservation { frame, pixel, sigma_px }: &_| Sighting { frame, pixel, sigma_px };
         let solver = SequenceOptions {
             frames: tracks.frames.len(),
             initial_sigma_rad: LANDMARK_SIGMA_RAD,

@@ -4,7 +4,7 @@
 //! for the cameras `a` and `b`, with sizes `s` and the turn `R` and shift `t` between their head frames,
 //! `R_b t + s_b t_b = R_ba s_a t_a + t_ba`, which is linear in `t`, `s_b` and `s_a`; `t_ba` is in metres.
 
-use super::report::HeadMotion;
+use super::head_motion::HeadMotion;
 use super::{MotionOptions, solve_motion};
 use crate::calibrate::{CalibratedRig, MountedCamera};
 use crate::faces::select::median;

@@ -1,6 +1,6 @@
 //! The size of the head: what it rests on, and how far it can be trusted.
 
-use super::report::PointMotion;
+use super::head_motion::PointMotion;
 use crate::faces::select::median;
 use crate::{FacewrightError, FrameTracks, KnownLength, Scale, Tracks};
 use geometry::{Camera, Transform};

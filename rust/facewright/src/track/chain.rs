@@ -1,5 +1,6 @@
 //! The paper's tracker over a sequence: from each frame to the next (section 2.3), cross matches adjusted at each step (2.4).
 
+use super::PointObservation;
 use super::findings::{Findings, Loss};
 use super::search::REFERENCE_PX;
 use super::sequence::{Sequence, Shot};
@@ -49,7 +50,9 @@ pub(super) fn chain(sequence: &Sequence, progress: &Progress) -> Result<(usize, 
     of_frame[index] = begin;
     for (frame, points) in of_frame.iter().enumerate() {
         for (number, point) in points.iter().enumerate() {
-            let found = point.map(|(at, sigma_px)| (frame, at.x, at.y, sigma_px)).map_err(|loss| (frame, loss));
+            let found = point
+                .map(|(pixel, sigma_px)| PointObservation { frame, pixel, sigma_px })
+                .map_err(|loss| (frame, loss));
             findings.note(number, found);
         }
     }

@@ -1,7 +1,7 @@
 //! What was found of each point in each frame, and why not.
 
 use super::search::FINEST_PX;
-use super::{PointObservation, PointTrack, Region};
+use super::{PointGap, PointObservation, PointTrack, Region};
 use geometry::{Vec2, Vec3};
 use std::fmt::{self, Display, Formatter};
 use vision::correct::{Outcome, Reason};
@@ -91,7 +91,7 @@ impl Findings {
 
     /// Replaces a loss by the place and standard deviation found after all.
     pub fn fill(&mut self, number: usize, frame: usize, (place, sigma_px): (Vec2, f64)) {
-        self.0[number].findings[frame] = Ok((frame, place.x, place.y, sigma_px));
+        self.0[number].findings[frame] = Ok(PointObservation { frame, pixel: place, sigma_px });
     }
 
     /// Takes away what was found of points that most frames should show and do not: edges where something covers the
@@ -115,18 +115,20 @@ impl Findings {
 
 impl Point {
     fn track(&self, id: usize) -> PointTrack {
-        let mut gaps: Vec<(usize, usize, String)> = Vec::new();
+        let mut gaps: Vec<PointGap> = Vec::new();
         let mut last = None;
         for finding in &self.findings {
             let lost = finding.as_ref().err().copied();
             match (lost, gaps.last_mut()) {
-                (Some((frame, loss)), Some(gap)) if last == Some(loss) => gap.1 = frame,
-                (Some((frame, loss)), _) => gaps.push((frame, frame, loss.to_string())),
+                (Some((frame, loss)), Some(gap)) if last == Some(loss) => gap.last = frame,
+                (Some((frame, loss)), _) => {
+                    gaps.push(PointGap { first: frame, last: frame, reason: loss.to_string() });
+                }
                 _ => {}
             }
             last = lost.map(|(_, loss)| loss);
         }
-        let finest = |o: &PointObservation| (o.0, o.1, o.2, o.3.max(FINEST_PX));
+        let finest = |o: &PointObservation| PointObservation { sigma_px: o.sigma_px.max(FINEST_PX), ..*o };
         let observations = self.findings.iter().flatten().map(finest).collect();
         let place = self.place.map(Into::into);
         PointTrack { id, reference: self.reference, region: self.region, place, observations, gaps }
@@ -144,7 +146,7 @@ mod tests {
         let mut findings = Findings::default();
         findings.add(0, Region::Skin, None);
         for (frame, loss) in of_frames.iter().enumerate() {
-            findings.note(0, loss.map_or(Ok((frame, 1.0, 2.0, 0.01)), |loss| Err((frame, loss))));
+            findings.note(0, loss.map_or(Ok((frame, 1.0, 2.0, 0.01).into()), |loss| Err((frame, loss))));
         }
         findings
     }
@@ -153,11 +155,11 @@ mod tests {
     fn gaps_are_runs_of_one_reason() {
         let found = findings(&[None, Some(HIDDEN), Some(HIDDEN), Some(FAILED), None, Some(FAILED), None]);
         let tracks = found.tracks();
-        let gaps: Vec<(usize, usize)> = tracks[0].gaps.iter().map(|gap| (gap.0, gap.1)).collect();
+        let gaps: Vec<(usize, usize)> = tracks[0].gaps.iter().map(|gap| (gap.first, gap.last)).collect();
         assert_eq!(gaps, [(1, 2), (3, 3), (5, 5)]);
-        assert_eq!(tracks[0].gaps[1].2, "covered or changed");
-        assert_eq!(tracks[0].observations.iter().map(|o| o.0).collect::<Vec<_>>(), [0, 4, 6]);
-        assert!(tracks[0].observations.iter().all(|o| o.3 == FINEST_PX));
+        assert_eq!(tracks[0].gaps[1].reason, "covered or changed");
+        assert_eq!(tracks[0].observations.iter().map(|o| o.frame).collect::<Vec<_>>(), [0, 4, 6]);
+        assert!(tracks[0].observations.iter().all(|o| o.sigma_px == FINEST_PX));
     }
 
     #[test]

@@ -19,4 +19,4 @@ pub use search::{Anchors, Scene, Search, SearchOptions, Seed, Sighting, seeds};
 pub(crate) use sequence::track_head;
 pub use sequence::{TrackClipOptions, track};
 pub use surface::{Surface, View};
-pub use tracks::{FrameTracks, PointObservation, PointTrack, Region, Tracks};
+pub use tracks::{FrameTracks, PointGap, PointObservation, PointTrack, Region, Tracks};

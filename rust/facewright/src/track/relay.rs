@@ -125,7 +125,7 @@ impl Step<'_> {
             .flat_map(|r| r.anchors.seeds.iter().enumerate().map(|(k, seed)| (r.first + k, seed)));
         let wanted = |(number, seed): (usize, &Seed)| {
             self.findings.at(number, to).err().filter(|(_, loss): &(usize, Loss)| loss.is_failure())?;
-            let here = self.findings.at(number, from).ok().map(|o| (Vec2::new(o.1, o.2), o.3));
+            let here = self.findings.at(number, from).ok().map(|o| (o.pixel, o.sigma_px));
             let (pixel, sigma_px) = here.or_else(|| relayed.get(&(number, from)).copied())?;
             let seed = Seed { pixel, point: seed.point };
             let guess = self.from.view.predict(&seed.point, &pixel, &self.to.view)?;
@@ -150,7 +150,7 @@ impl Step<'_> {
             for (k, seed) in reference.anchors.seeds.iter().enumerate() {
                 let number = reference.first + k;
                 let (Ok(a), Ok(b)) = (self.findings.at(number, from), self.findings.at(number, to)) else { continue };
-                let (a, b) = (Vec2::new(a.1, a.2), Vec2::new(b.1, b.2));
+                let (a, b) = (a.pixel, b.pixel);
                 let Some(guess) = self.from.view.predict(&seed.point, &a, &self.to.view) else { continue };
                 matches.push(Match { a, b });
                 guesses.push(guess);

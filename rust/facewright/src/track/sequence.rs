@@ -10,7 +10,7 @@ use super::region::region;
 use super::relay::relay;
 use super::search::{Anchors, REFERENCE_PX, Scene, Search, SearchOptions, Seed, seeds};
 use super::surface::{SkinPoint, Surface, View};
-use super::{FrameTracks, PointTrack, Tracks};
+use super::{FrameTracks, PointObservation, PointTrack, Tracks};
 use crate::camera::starting_camera;
 use crate::faces::select::{SelectOptions, judge_all, yaw_pitch};
 use crate::faces::{Faces, TrackedSkin};
@@ -267,7 +267,8 @@ impl<'a> Sequence<'a> {
             match &scene {
                 None => found.extend(all(Loss::NoFace)),
                 Some(_) if reference.index == index => {
-                    let own = |seed: &Seed| Ok((index, seed.pixel.x, seed.pixel.y, REFERENCE_PX));
+                    let own =
+                        |seed: &Seed| Ok(PointObservation { frame: index, pixel: seed.pixel, sigma_px: REFERENCE_PX });
                     found.extend(numbers.clone().zip(reference.anchors.seeds.iter().map(own)));
                 }
                 Some(scene) if turn(scene) > FARTHEST_TURN_DEG => found.extend(all(Loss::Turned)),
@@ -284,7 +285,7 @@ impl<'a> Sequence<'a> {
     fn report(&self, camera: SourcedCamera, window: usize, findings: &Findings) -> Tracks {
         let tracks: Vec<PointTrack> = findings.tracks();
         let mut counts = vec![0; self.len()];
-        tracks.iter().flat_map(|t| &t.observations).for_each(|o| counts[o.0] += 1);
+        tracks.iter().flat_map(|t| &t.observations).for_each(|o| counts[o.frame] += 1);
         let frame = |i: usize| {
             let pose = self.known.pose(i);
             let reason = match (&self.quality[i], &pose) {
@@ -313,7 +314,9 @@ fn verdicts(index: usize, found: &Search) -> impl Iterator<Item = Finding> {
     found.sightings.iter().map(move |sighting| {
         let Some(s) = sighting else { return Err((index, Loss::Hidden)) };
         match Loss::of(s.status, s.outcome) {
-            None if s.sigma_px.is_finite() => Ok((index, s.pixel.x, s.pixel.y, s.sigma_px)),
+            None if s.sigma_px.is_finite() => {
+                Ok(PointObservation { frame: index, pixel: s.pixel, sigma_px: s.sigma_px })
+            }
             loss => Err((index, loss.unwrap_or(Loss::Tracker(s.status)))),
         }
     })

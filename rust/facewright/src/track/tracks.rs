@@ -1,7 +1,7 @@
 //! `tracks.json`: the same points of a face in many frames.
 
 use crate::{FacewrightError, FrameSet, Method, SourcedCamera};
-use geometry::Transform;
+use geometry::{Transform, Vec2};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -19,8 +19,53 @@ pub enum Region {
     Brows,
 }
 
-/// A place of the face in one frame: index of the frame, `u, v` pixels as filmed, one standard deviation in pixels.
-pub type PointObservation = (usize, f64, f64, f64);
+/// A place of the face in one frame; in files `[frame, u, v, sigma]`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "(usize, f64, f64, f64)", into = "(usize, f64, f64, f64)")]
+pub struct PointObservation {
+    /// Index of the frame.
+    pub frame: usize,
+    /// Where it is in the picture as filmed: x right, y down, pixel centres at integers.
+    pub pixel: Vec2,
+    /// One standard deviation along each axis, pixels.
+    pub sigma_px: f64,
+}
+
+impl From<(usize, f64, f64, f64)> for PointObservation {
+    fn from((frame, u, v, sigma_px): (usize, f64, f64, f64)) -> Self {
+        Self { frame, pixel: Vec2::new(u, v), sigma_px }
+    }
+}
+
+impl From<PointObservation> for (usize, f64, f64, f64) {
+    fn from(seen: PointObservation) -> Self {
+        (seen.frame, seen.pixel.x, seen.pixel.y, seen.sigma_px)
+    }
+}
+
+/// Frames in which a point was not found; in files `[first, last, reason]`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "(usize, usize, String)", into = "(usize, usize, String)")]
+pub struct PointGap {
+    /// Index of the first one.
+    pub first: usize,
+    /// Index of the last one.
+    pub last: usize,
+    /// Why.
+    pub reason: String,
+}
+
+impl From<(usize, usize, String)> for PointGap {
+    fn from((first, last, reason): (usize, usize, String)) -> Self {
+        Self { first, last, reason }
+    }
+}
+
+impl From<PointGap> for (usize, usize, String) {
+    fn from(gap: PointGap) -> Self {
+        (gap.first, gap.last, gap.reason)
+    }
+}
 
 /// One point of the face.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,8 +81,8 @@ pub struct PointTrack {
     pub place: Option<[f64; 3]>,
     /// Where it was found; ascending frames, the reference among them.
     pub observations: Vec<PointObservation>,
-    /// First and last index of the frames in which it was not found, and why.
-    pub gaps: Vec<(usize, usize, String)>,
+    /// The frames in which it was not found, and why.
+    pub gaps: Vec<PointGap>,
 }
 
 /// One frame of the sequence.
@@ -94,10 +139,10 @@ impl Tracks {
         let tracks: Self = serde_json::from_str(text).map_err(|e| refused(e.to_string()))?;
         let count = tracks.frames.len();
         for track in &tracks.tracks {
-            let frames = || track.observations.iter().map(|o| o.0);
+            let frames = || track.observations.iter().map(|o| o.frame);
             let listed = frames().chain([track.reference]).all(|frame| frame < count);
             let ascending = frames().zip(frames().skip(1)).all(|(a, b)| a < b);
-            let numbers = track.observations.iter().all(|o| o.1.is_finite() && o.2.is_finite() && o.3 > 0.0);
+            let numbers = track.observations.iter().all(|o| o.pixel.iter().all(|x| x.is_finite()) && o.sigma_px > 0.0);
             if !(listed && ascending && numbers) {
                 let reason = format!("point {} has frames that are not listed, or numbers that are none", track.id);
                 return Err(refused(reason));
@@ -132,7 +177,7 @@ mod tests {
     use crate::CameraSource;
     use geometry::Camera;
 
-    fn tracks(observations: Vec<PointObservation>) -> Tracks {
+    fn tracks(observations: &[(usize, f64, f64, f64)]) -> Tracks {
         let frame = |name: &str| FrameTracks {
             name: name.to_owned(),
             used: true,
@@ -152,8 +197,8 @@ mod tests {
                 reference: 0,
                 region: Region::Mouth,
                 place: None,
-                observations,
-                gaps: Vec::new(),
+                observations: observations.iter().copied().map(PointObservation::from).collect(),
+                gaps: vec![PointGap { first: 1, last: 1, reason: "no face".to_owned() }],
             }],
             warnings: Vec::new(),
         }
@@ -165,15 +210,17 @@ mod tests {
 
     #[test]
     fn what_was_written_is_read_again() {
-        let written = tracks(vec![(0, 3.25, 4.5, 0.1), (1, 5.0, 4.75, 0.2)]);
+        let written = tracks(&[(0, 3.25, 4.5, 0.1)]);
+        let text = serde_json::to_string(&written).unwrap();
+        assert!(text.contains(r#""observations":[[0,3.25,4.5,0.1]],"gaps":[[1,1,"no face"]]"#), "{text}");
         assert_eq!(read(&written).unwrap(), written);
     }
 
     #[test]
     fn broken_tracks_are_refused_in_words() {
         assert!(Tracks::parse("{").unwrap_err().to_string().starts_with("these are no tracks"));
-        let broken: [Vec<PointObservation>; 3] =
-            [vec![(2, 1.0, 1.0, 0.1)], vec![(1, 1.0, 1.0, 0.1), (0, 1.0, 1.0, 0.1)], vec![(0, 1.0, 1.0, 0.0)]];
+        let broken: [&[(usize, f64, f64, f64)]; 3] =
+            [&[(2, 1.0, 1.0, 0.1)], &[(1, 1.0, 1.0, 0.1), (0, 1.0, 1.0, 0.1)], &[(0, 1.0, 1.0, 0.0)]];
         for observations in broken {
             assert!(read(&tracks(observations)).unwrap_err().to_string().contains("point 7"));
         }
@@ -182,6 +229,6 @@ mod tests {
     #[test]
     fn tracks_of_another_clip_are_refused() {
         let none = FrameSet::of(Vec::new(), 64, 48);
-        assert!(tracks(Vec::new()).check(&none).unwrap_err().to_string().contains("the clip has 0"));
+        assert!(tracks(&[]).check(&none).unwrap_err().to_string().contains("the clip has 0"));
     }
 }
