@@ -181,6 +181,12 @@ pub enum FacewrightError {
         /// What is wrong with them.
         reason: String,
     },
+    /// A motion that cannot be used.
+    #[error("this is no motion of this clip: {reason}")]
+    OtherMotion {
+        /// What is wrong with it.
+        reason: String,
+    },
     /// A measured length between points that are not fixed.
     #[error("point {id} has no fixed place on the head: measure between two points that the motion shows as fixed")]
     Length {

@@ -1,11 +1,12 @@
 //! Textures of the finished shape: the skin's atlas from the chosen frames, and the eyes' picture from the irises.
 
-use crate::faces::clip::Clip;
+use crate::faces::Clip;
+use crate::head::Measured;
 use crate::{FacewrightError, Method, TextureReport};
-use geometry::{Camera, Progress, Transform, Vec2, Vec3};
+use geometry::{Progress, Transform, Vec2, Vec3};
 use head::{GenericHead, part};
-use image::{Rgba, RgbaImage, imageops};
-use std::collections::BTreeMap;
+use image::{RgbImage, Rgba, RgbaImage, imageops};
+use std::sync::Arc;
 use texture::iris::{EyeColours, EyeView, measure, paint};
 use texture::{BakeOptions, Baked, Occluder, Surface, View, bake, choose_views};
 
@@ -31,23 +32,26 @@ pub struct Skin {
     pub warnings: Vec<String>,
 }
 
-/// Makes the textures. `poses` are those of the chosen frames.
-pub fn make_skin(
-    head: &GenericHead,
-    positions: &[Vec3],
+/// Makes the textures, `size` pixels wide and high.
+pub fn make_textures(
     clip: &Clip,
-    camera: &Camera,
-    poses: &[Transform],
-    (size, method): (u32, Method),
+    measured: &Measured,
+    size: u32,
+    method: Method,
     progress: &Progress,
 ) -> Result<Skin, FacewrightError> {
-    let sharpness: Vec<f64> = clip.chosen.iter().map(|c| clip.observations[c.index].sharpness).collect();
-    let picked = choose_views(poses, &sharpness, VIEWS);
-    let views: Vec<View> = picked
-        .iter()
-        .map(|&i| View {
-            image: &clip.chosen[i].picture,
-            camera: *camera,
+    let chosen = measured.chosen_poses();
+    let poses: Vec<Transform> = chosen.iter().map(|(_, pose)| *pose).collect();
+    let sharpness: Vec<f64> =
+        chosen.iter().map(|(frame, _)| clip.faces.look(*frame).map_or(0.0, |look| look.sharpness)).collect();
+    let picked = choose_views(&poses, &sharpness, VIEWS);
+    let pictures: Vec<Arc<RgbImage>> =
+        picked.iter().map(|&i| clip.frames.picture(chosen[i].0)).collect::<Result<_, _>>()?;
+    let picked_pictures = picked.iter().zip(&pictures);
+    let views: Vec<View> = picked_pictures
+        .map(|(&i, image)| View {
+            image,
+            camera: measured.camera,
             cam_from_head: poses[i],
             mask: None,
             sharpness: sharpness[i],
@@ -61,18 +65,13 @@ pub fn make_skin(
         },
         ..BakeOptions::default()
     };
-    let baked = bake_skin(head, positions, &views, &options, progress)?;
-    let (eyes, mut warnings) = make_eyes(clip, skin_colour(&baked.texture));
+    let baked = bake_skin(clip.head, &measured.positions, &views, &options, progress)?;
+    let (eyes, mut warnings) = make_eyes(clip, measured, skin_colour(&baked.texture))?;
     warnings.extend(baked.warnings.iter().map(ToString::to_string));
-    let name = |i: usize| clip.chosen[i].index;
-    let gains = picked.iter().zip(&baked.views).filter(|(_, v)| v.used).map(|(&i, v)| (name(i), v.gain)).collect();
-    let report = report(size, &baked, gains, clip);
+    let used = picked.iter().zip(&baked.views).filter(|(_, v)| v.used);
+    let gains = used.map(|(&i, v)| (clip.faces.frames[chosen[i].0].name.clone(), v.gain)).collect();
+    let report = TextureReport { size, seen: baked.coverage, shading: baked.shading.clone(), gains };
     Ok(Skin { texture: baked.texture, eyes, report, warnings })
-}
-
-fn report(size: u32, baked: &Baked, gains: BTreeMap<usize, [f64; 3]>, clip: &Clip) -> TextureReport {
-    let names = gains.into_iter().map(|(i, gain)| (clip.names[i].clone(), gain)).collect();
-    TextureReport { size, seen: baked.coverage, shading: baked.shading.clone(), gains: names }
 }
 
 fn bake_skin(
@@ -100,9 +99,19 @@ fn bake_skin(
 }
 
 /// Both eyes side by side as the head's eye map wants them; an eye that no frame shows takes the other's colours.
-fn make_eyes(clip: &Clip, skin: Option<[f64; 3]>) -> (RgbaImage, Vec<String>) {
+fn make_eyes(
+    clip: &Clip,
+    measured: &Measured,
+    skin: Option<[f64; 3]>,
+) -> Result<(RgbaImage, Vec<String>), FacewrightError> {
+    let pictures: Vec<(usize, Arc<RgbImage>)> = measured
+        .chosen
+        .frames
+        .iter()
+        .map(|&frame| Ok((frame, clip.frames.picture(frame)?)))
+        .collect::<Result<_, FacewrightError>>()?;
     let unshaded = |eye: EyeColours| skin.map_or(eye.clone(), |s| eye.unshaded(s));
-    let [left, right] = [0, 1].map(|side| measure(&eye_views(clip, side)).map(unshaded));
+    let [left, right] = [0, 1].map(|side| measure(&eye_views(clip, &pictures, side)).map(unshaded));
     let mut warnings = Vec::new();
     if left.is_none() && right.is_none() {
         warnings.push("no frame shows the irises: the eyes got an average colour".to_owned());
@@ -110,7 +119,7 @@ fn make_eyes(clip: &Clip, skin: Option<[f64; 3]>) -> (RgbaImage, Vec<String>) {
     let usual = EyeColours::plain(UNSEEN_IRIS, UNSEEN_WHITE);
     let left_colours = left.as_ref().or(right.as_ref()).unwrap_or(&usual);
     let right_colours = right.as_ref().or(left.as_ref()).unwrap_or(&usual);
-    (both_eyes(right_colours, left_colours), warnings)
+    Ok((both_eyes(right_colours, left_colours), warnings))
 }
 
 /// The colour of the skin as the frames showed it: the upper quartile of each channel, because hair, beard and lips are darker.
@@ -134,15 +143,10 @@ fn both_eyes(right: &EyeColours, left: &EyeColours) -> RgbaImage {
     picture
 }
 
-fn eye_views(clip: &Clip, side: usize) -> Vec<EyeView<'_>> {
-    let seen = clip.chosen.iter().filter_map(|chosen| Some((chosen, &clip.face(chosen)?.irises[side])));
+fn eye_views<'a>(clip: &'a Clip, pictures: &'a [(usize, Arc<RgbImage>)], side: usize) -> Vec<EyeView<'a>> {
+    let seen = pictures.iter().filter_map(|(frame, image)| Some((image, &clip.faces.face(*frame)?.irises[side])));
     seen.filter(|(_, iris)| iris.visible)
-        .map(|(chosen, iris)| EyeView {
-            image: &chosen.picture,
-            centre: iris.centre,
-            radius: iris.radius,
-            opening: &iris.eye_contour,
-        })
+        .map(|(image, iris)| EyeView { image, centre: iris.centre, radius: iris.radius, opening: &iris.eye_contour })
         .collect()
 }
 

@@ -1,7 +1,7 @@
 //! Rigid motion with scale, and its least-squares fit.
 
 use crate::{Mat3, Transform, Vec3};
-use nalgebra::Rotation3;
+use nalgebra::{Rotation3, SMatrix};
 use serde::{Deserialize, Serialize};
 
 /// A similarity `b_from_a`: `x_in_b = scale * rotation * x_in_a + translation`.
@@ -69,6 +69,30 @@ impl Similarity {
         let translation = mean_b - rotation * mean_a * scale;
         Some(Self { scale, rigid: Transform::new(rotation, translation) })
     }
+
+    /// `b_from_a` for cameras known in both frames, as pairs `(cam_from_a, cam_from_b)`; a similarity when they are seen from
+    /// different places, `None` for no cameras.
+    pub fn of_poses(pairs: &[(Transform, Transform)]) -> Option<Self> {
+        let sum: Mat3 = pairs.iter().map(|(a, b)| b.rotation.matrix().transpose() * a.rotation.matrix()).sum();
+        let rotation = Transform::from_matrix(&sum, Vec3::zeros()).rotation;
+        // scale · t_a − R_b t = t_b, least squares in scale and t.
+        let (mut hessian, mut right) = (SMatrix::<f64, 4, 4>::zeros(), SMatrix::<f64, 4, 1>::zeros());
+        for (a, b) in pairs {
+            let mut jacobian = SMatrix::<f64, 3, 4>::zeros();
+            jacobian.set_column(0, &a.translation);
+            jacobian.fixed_view_mut::<3, 3>(0, 1).copy_from(&-b.rotation.matrix());
+            hessian += jacobian.transpose() * jacobian;
+            right += jacobian.transpose() * b.translation;
+        }
+        // A single place of the camera leaves the depth open; the weakest of priors keeps the head's size then.
+        let weak = 1e-9 * hessian[(0, 0)];
+        hessian[(0, 0)] += weak;
+        right[0] += weak;
+        let solution = hessian.cholesky()?.solve(&right);
+        let scale = solution[0];
+        (scale > 0.0 && scale.is_finite())
+            .then(|| Self { scale, rigid: Transform::new(rotation, solution.fixed_rows::<3>(1).into()) })
+    }
 }
 
 #[cfg(test)]
@@ -108,5 +132,18 @@ mod tests {
         let line: Vec<Vec3> = (0..5).map(|i| Vec3::new(f64::from(i), 0.0, 0.0)).collect();
         assert!(Similarity::fit(&line, &line, None, true).is_none());
         assert!(Similarity::fit(&line[..2], &line[..2], None, true).is_none());
+    }
+
+    #[test]
+    fn cameras_give_the_similarity_between_two_frames() {
+        let pose = |k: i32| {
+            let turn = Rotation3::new(Vec3::new(0.1, 0.1 * f64::from(k), 0.0));
+            Transform::new(turn, Vec3::new(0.01 * f64::from(k), 0.0, 0.7))
+        };
+        let pairs: Vec<(Transform, Transform)> = (-4..5).map(|k| (pose(k), truth().move_pose(&pose(k)))).collect();
+        let found = Similarity::of_poses(&pairs).unwrap();
+        assert!((found.scale / truth().scale - 1.0).abs() < 1e-6 && found.rigid.angle_to(&truth().rigid) < 1e-9);
+        assert!((found.rigid.translation - truth().rigid.translation).norm() < 1e-6);
+        assert!(Similarity::of_poses(&[]).is_none());
     }
 }

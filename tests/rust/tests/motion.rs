@@ -5,8 +5,9 @@
 use end_to_end::truth::Truth;
 use end_to_end::{assets, clip};
 use facewright::{
-    Assets, CalibrateOptions, FacewrightError, FrameSet, Given, HeadMotion, KnownLength, MotionOptions, PointObservation,
-    PointTrack, Region, SizeOptions, SourcedCamera, TrackClipOptions, Tracks, calibrate, solve_motion, track,
+    Assets, CalibrateOptions, FacewrightError, FrameSet, Given, HeadMotion, KnownLength, MotionOptions,
+    PointObservation, PointTrack, Region, SizeOptions, SourcedCamera, TrackClipOptions, Tracks, calibrate,
+    solve_motion, track,
 };
 use geometry::mesh::closest_barycentric;
 use geometry::{Progress, Similarity, Transform, Vec2, Vec3};

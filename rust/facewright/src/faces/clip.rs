@@ -2,7 +2,7 @@
 
 use super::{Faces, KnownFrame, KnownHead, Placing, landmarks_of, look_at};
 use crate::{Assets, FacewrightError, FrameSet, Given, SizeOptions, SourcedCamera};
-use geometry::{Progress, Transform, Vec3};
+use geometry::{Progress, Transform};
 use head::GenericHead;
 use head::fit::{FitOptions, FrameObservation, LandmarkFit, fit_landmarks};
 use rayon::prelude::*;
@@ -64,11 +64,6 @@ impl<'a> Clip<'a> {
     /// Pose of the head by the landmarks of a frame that was looked at; by its points in another.
     pub fn pose(&self, frame: usize) -> Transform {
         self.known.pose(frame).unwrap_or_else(Transform::identity)
-    }
-
-    /// Names of all frames.
-    pub fn names(&self) -> Vec<String> {
-        self.faces.frames.iter().map(|frame| frame.name.clone()).collect()
     }
 }
 
@@ -194,9 +189,4 @@ fn lost(clip: &Clip) -> Vec<usize> {
     let gaps = looked.windows(2).filter(|ends| ends[0] + 1 < ends[1]);
     let between = gaps.filter(|ends| clip.faces.face(ends[0]).is_some() && clip.faces.face(ends[1]).is_some());
     between.flat_map(|ends| ends[0] + 1..ends[1]).filter(|&frame| clip.known.frames[frame].is_none()).collect()
-}
-
-/// Places of the head's points of a frame, head frame, metres.
-pub(crate) fn expressed(head: &GenericHead, known: &KnownHead, frame: &KnownFrame) -> Vec<Vec3> {
-    head.with_expression(&known.positions, &frame.expression)
 }

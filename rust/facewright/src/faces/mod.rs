@@ -114,24 +114,8 @@ impl Faces {
 
     /// Refuses the faces of other frames.
     pub(crate) fn check(&self, frames: &FrameSet) -> Result<(), FacewrightError> {
-        let (own, there) = ((self.width, self.height), (frames.width, frames.height));
-        if self.frames.len() != frames.len() || own != there {
-            let reason = format!(
-                "they are of {} frames of {}x{}, the clip has {} of {}x{}",
-                self.frames.len(),
-                own.0,
-                own.1,
-                frames.len(),
-                there.0,
-                there.1
-            );
-            return Err(FacewrightError::Faces { reason });
-        }
-        let other = self.frames.iter().zip(&frames.frames).find(|(own, there)| own.name != there.name);
-        other.map_or(Ok(()), |(own, there)| {
-            let reason = format!("they have a frame {} where the clip has {}", own.name, there.name);
-            Err(FacewrightError::Faces { reason })
-        })
+        let names = self.frames.iter().map(|frame| &frame.name);
+        frames.is_clip_of(names, (self.width, self.height)).map_err(|reason| FacewrightError::Faces { reason })
     }
 
     /// What the nets saw in a frame, if they looked.

@@ -44,11 +44,8 @@ impl<'a> Placing<'a> {
         let (Some(a), Some(b)) = (self.end(ends[0], faces[0])?, self.end(ends[1], faces[1])?) else { return nothing() };
         let options = SearchOptions::default();
         let surfaces = [&a, &b].map(|end| Surface::new(&end.positions, self.triangles));
-        let scene = |(end, surface): (&'_ End<'a>, &'_ Surface<'_>)| {
-            View::new(surface, &self.known.camera, end.known.cam_from_head)
-        };
-        let views = [scene((&a, &surfaces[0])), scene((&b, &surfaces[1]))];
-        let [view_a, view_b] = views;
+        let [view_a, view_b] =
+            [0, 1].map(|k| View::new(&surfaces[k], &self.known.camera, [&a, &b][k].known.cam_from_head));
         let scenes = [Scene { skin: &a.skin, view: view_a }, Scene { skin: &b.skin, view: view_b }];
         let anchors = [take(&scenes[0], &options)?, take(&scenes[1], &options)?];
         let place = |frame: usize| {
@@ -73,7 +70,7 @@ impl<'a> Placing<'a> {
         anchors: &[Anchors; 2],
         options: &SearchOptions,
     ) -> Result<Option<KnownFrame>, FacewrightError> {
-        let skin = TrackedSkin::sought(self.frames.pyramid(frame)?);
+        let skin = TrackedSkin::sought(self.frames.pyramid(frame)?, anchors[0].scene.skin.noise);
         let positions = self.head.with_expression(&self.known.positions, &expected.expression);
         let surface = Surface::new(&positions, self.triangles);
         let view = View::new(&surface, &self.known.camera, expected.cam_from_head);

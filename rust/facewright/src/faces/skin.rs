@@ -33,8 +33,8 @@ impl TrackedSkin {
         Self { pyramid, mask, noise }
     }
 
-    /// Of a picture in which points are sought but not chosen.
-    pub fn sought(pyramid: Arc<Pyramid>) -> Self {
-        Self { pyramid, mask: GrayImage::new(0, 0), noise: LEAST_NOISE }
+    /// Of a picture in which points are sought but not chosen, as noisy as others of the clip.
+    pub fn sought(pyramid: Arc<Pyramid>, noise: f64) -> Self {
+        Self { pyramid, mask: GrayImage::new(0, 0), noise }
     }
 }

@@ -103,6 +103,23 @@ impl FrameSet {
         Self { frames, width, height, exif_focal: None, pictures, pyramids, _decoded: None }
     }
 
+    /// Refuses, in words, what was made of another clip: of other names, or another size.
+    pub(crate) fn is_clip_of<'n>(
+        &self,
+        names: impl ExactSizeIterator<Item = &'n String>,
+        (width, height): (u32, u32),
+    ) -> Result<(), String> {
+        let (count, there) = (names.len(), self.len());
+        if count != there || (width, height) != (self.width, self.height) {
+            let (own_width, own_height) = (self.width, self.height);
+            return Err(format!(
+                "they are of {count} frames of {width}x{height}, the clip has {there} of {own_width}x{own_height}"
+            ));
+        }
+        let other = names.zip(&self.frames).find(|(name, frame)| **name != frame.name);
+        other.map_or(Ok(()), |(name, frame)| Err(format!("they have a frame {name} where the clip has {}", frame.name)))
+    }
+
     /// Number of frames.
     pub fn len(&self) -> usize {
         self.frames.len()

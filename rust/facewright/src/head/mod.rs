@@ -1,5 +1,63 @@
-//! The shape of the head: by ours ([`shape`]) and by the paper's way ([`paper`]).
+//! The person's head: its shape, step by step in the order of [`crate::reconstruct()`].
+//!
+//! - [`shape`]: from a motion's points and the landmarks, by the class of heads and a free deformation; [`paper`] is the paper's way
+//!   to the same.
+//! - [`unseen`]: what no frame measured; [`features`]: lips, lids and brows where the frames show them; [`eyes`]: lips closed, eyeballs
+//!   fitted.
 
+pub mod eyes;
+pub mod features;
 pub mod paper;
 pub mod shape;
 pub mod unseen;
+
+use crate::faces::Chosen;
+use ::head::GenericHead;
+use geometry::face_mesh::IBUG68;
+use geometry::{Camera, Transform, Vec3};
+
+/// A head with its shape measured, and where it is in every frame.
+pub struct Measured {
+    /// The camera, refined where it was not calibrated.
+    pub camera: Camera,
+    /// All vertices at rest, head frame, metres.
+    pub positions: Vec<Vec3>,
+    /// Each frame of the clip.
+    pub frames: Vec<MeasuredFrame>,
+    /// The frames from which shape and texture are taken.
+    pub chosen: Chosen,
+    /// Points that it was measured by, head frame, metres.
+    pub points: Vec<Vec3>,
+    /// Coefficients of the face class.
+    pub coefficients: Vec<f64>,
+    /// Part of the points' observations that one motion of the head explains, 0…1; 0 where none were tracked.
+    pub agreement: f64,
+    /// Median distance of the points from the surface, metres.
+    pub points_median: f64,
+    /// What the artist should know.
+    pub warnings: Vec<String>,
+}
+
+/// Where a measured head is in one frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MeasuredFrame {
+    /// `cam_from_head`.
+    pub pose: Option<Transform>,
+    /// Root mean square distance of its observations from the model, pixels.
+    pub rms_px: Option<f64>,
+    /// Whether the pose rests on landmarks alone.
+    pub by_landmarks: bool,
+}
+
+impl Measured {
+    /// The frames that shape and texture are taken from, with their poses.
+    pub fn chosen_poses(&self) -> Vec<(usize, Transform)> {
+        self.chosen.frames.iter().filter_map(|&frame| Some((frame, self.frames[frame].pose?))).collect()
+    }
+}
+
+/// The iBUG landmarks, head frame, metres.
+pub fn landmarks68(head: &GenericHead, positions: &[Vec3]) -> Vec<Vec3> {
+    let all = head.landmarks(positions);
+    IBUG68.iter().map(|&i| all[i]).collect()
+}

@@ -7,11 +7,10 @@
 //! The paper marks the features of the general head by hand; here they are its landmark anchors, found in the frames by the
 //! landmark net; they and the matched corners determine the motion.
 
-use crate::faces::clip::{ChosenFrame, Clip};
-use crate::faces::select::{median, yaw_pitch};
-use crate::head::shape::{Known, Shape, finish_eyes, landmarks68};
+use super::{Measured, MeasuredFrame};
+use crate::faces::{Chosen, Clip, TrackedSkin, median, yaw_pitch};
 use crate::track::pair::{MatchOptions, paper_matches};
-use crate::{FacewrightError, FitReport, SizeOptions, SourcedCamera};
+use crate::{FacewrightError, SizeOptions, SourcedCamera};
 use geometry::face_mesh::FACE_OVAL;
 use geometry::rbf::{RbfOptions, RbfWarp};
 use geometry::{Camera, Progress, Similarity, Transform, Vec2, Vec3, mesh};
@@ -19,7 +18,6 @@ use head::GenericHead;
 use motion::resect::{ResectOptions, resect};
 use motion::triangulate::triangulate;
 use motion::two_view;
-use vision::pyramid::Pyramid;
 
 /// Turn between the two frames, degrees.
 const PAIR_DEG: (f64, f64) = (10.0, 15.0);
@@ -44,71 +42,92 @@ struct FeatureView {
     visible: Vec<bool>,
 }
 
-/// Leaves out the frames whose features the net only guesses: the paper's images are near-frontal.
-pub fn keep_trusted(clip: &mut Clip) {
-    let (fit, verdicts) = (&clip.landmark_fit, &mut clip.verdicts);
-    let trusted = |index: usize| fit.frames[index].as_ref().is_some_and(|f| f.trusted);
-    clip.chosen.retain(|c| trusted(c.index));
-    for (_, verdict) in verdicts.iter_mut().enumerate().filter(|(i, v)| v.is_ok() && !trusted(*i)) {
-        *verdict = Err("seen too much from the side for features marked from in front".to_owned());
-    }
+/// A frame that the paper's steps use.
+#[derive(Clone, Copy)]
+struct Image {
+    /// Its place in the clip.
+    index: usize,
+    /// Pose by the landmarks: which frames suit each other, and which features each can show.
+    pose: Transform,
 }
 
 /// Measures the shape as the paper does.
-pub fn shape(
+///
+/// # Errors
+/// Those of [`Chosen::of`], [`FacewrightError::TooFewMatches`], [`motion::MotionError`], [`FacewrightError::Cancelled`].
+pub fn measure(
     clip: &Clip,
-    head: &GenericHead,
     camera: &SourcedCamera,
     size: &SizeOptions,
     progress: &Progress,
-) -> Result<Shape, FacewrightError> {
-    progress.stage("motion")?;
-    let camera = camera.camera;
-    let (a, b) = choose_pair(clip);
-    let (first, second) = (&clip.chosen[a], &clip.chosen[b]);
+) -> Result<Measured, FacewrightError> {
+    progress.stage("shape")?;
+    let (head, camera) = (clip.head, camera.camera);
+    let chosen = trusted(clip)?;
+    let images: Vec<Image> = chosen.frames.iter().map(|&index| Image { index, pose: clip.pose(index) }).collect();
+    let (a, b) = choose_pair(&images);
     let features = features(head);
-    let rays = |chosen: &ChosenFrame| rays(clip, chosen, &camera);
-    let motion = two_frame_motion((first, second), &features, &[rays(first), rays(second)], &camera)?;
-    let view = |chosen: &ChosenFrame, pose| FeatureView {
+    let view = |image: &Image, pose| FeatureView {
         pose,
-        rays: rays(chosen),
-        visible: visible(head, &clip.pose(chosen)),
+        rays: rays(clip, image, &camera),
+        visible: visible(head, &image.pose),
     };
-    let pair = [view(first, Transform::identity()), view(second, motion)];
+    let both = [rays(clip, &images[a], &camera), rays(clip, &images[b], &camera)];
+    let motion = two_frame_motion(clip, [&images[a], &images[b]], &features, &both, &camera)?;
+    let pair = [view(&images[a], Transform::identity()), view(&images[b], motion)];
     let cloud = triangulate_features(&features, &pair);
     let head_from_a = align(head, &cloud)?;
     let pose_a = head_from_a.move_pose(&Transform::identity());
     let structure: Vec<Feature> = cloud.iter().map(|(i, p)| (*i, head_from_a.apply(p))).collect();
-    let (poses, structure) = add_images(head, clip, &camera, (a, pose_a), structure, progress)?;
+    let (poses, structure) = add_images(clip, &images, &camera, (a, pose_a), structure, progress)?;
     let warped = interpolate(head, &structure)?;
     let (positions, poses, structure) = to_size(head, warped, poses, structure, size.interocular().unwrap_or(PUPILS));
-    let rms_px = clip.chosen.iter().zip(&poses).map(|(c, pose)| rms(&structure, &rays(c), pose, &camera)).collect();
-    let mut known = Known { positions, poses, camera };
-    let eyes = finish_eyes(head, clip, &mut known)?;
-    let landmark_pose = clip.pose(first);
-    Ok(Shape {
-        landmarks68: landmarks68(head, &known.positions),
-        points: structure.len(),
-        rms_px,
-        head_from_landmark_head: between(&known.poses[a], &landmark_pose),
-        fit: FitReport {
-            interocular_mm: 1000.0 * (eyes[0].centre - eyes[1].centre).norm(),
-            landmarks_median_px: median(clip.landmark_fit.landmark_errors_px.iter().copied().filter(|e| e.is_finite())),
-            ..FitReport::default()
-        },
-        camera: known.camera,
-        positions: known.positions,
-        poses: known.poses,
+    let from_landmarks = between(&poses[a], &images[a].pose);
+    let mut frames: Vec<MeasuredFrame> =
+        (0..clip.frames.len()).map(|i| by_landmarks(clip, i, &from_landmarks)).collect();
+    for (image, pose) in images.iter().zip(&poses) {
+        let rms_px = rms(&structure, &rays(clip, image, &camera), pose, &camera);
+        frames[image.index] = MeasuredFrame { pose: Some(*pose), rms_px, by_landmarks: false };
+    }
+    Ok(Measured {
+        camera,
+        positions,
+        frames,
+        chosen,
+        points: structure.iter().map(|(_, place)| *place).collect(),
+        coefficients: Vec::new(),
+        agreement: 0.0,
+        points_median: 0.0,
         warnings: Vec::new(),
     })
 }
 
+/// The frames without those whose features the net only guesses: the paper's images are near-frontal.
+fn trusted(clip: &Clip) -> Result<Chosen, FacewrightError> {
+    let poses: Vec<Option<Transform>> = (0..clip.frames.len()).map(|frame| clip.known.pose(frame)).collect();
+    let is_trusted = |frame: usize| clip.landmark_fit.frames[frame].as_ref().is_some_and(|f| f.trusted);
+    let reason = "seen too much from the side for features marked from in front";
+    let chosen = Chosen::of(clip, &poses)?.without(reason, |frame| !is_trusted(frame));
+    if chosen.frames.len() < 2 {
+        let (usable, frames) = (chosen.frames.len(), clip.frames.len());
+        return Err(FacewrightError::TooFewUsable { usable, frames, reasons: reason.to_owned() });
+    }
+    Ok(chosen)
+}
+
+/// A frame that was not used, by its landmarks.
+fn by_landmarks(clip: &Clip, index: usize, from_landmarks: &Similarity) -> MeasuredFrame {
+    let pose = clip.known.pose(index).map(|pose| from_landmarks.move_pose(&pose));
+    let rms_px = clip.landmark_fit.frames[index].as_ref().map(|fitted| fitted.rms_px);
+    MeasuredFrame { pose, rms_px, by_landmarks: pose.is_some() }
+}
+
 /// The pair nearest to frontal among those turned by the paper's angle, or nearest to that angle.
-fn choose_pair(clip: &Clip) -> (usize, usize) {
-    let yaw: Vec<f64> = clip.chosen.iter().map(|c| yaw_pitch(&clip.pose(c)).0.to_degrees()).collect();
+fn choose_pair(images: &[Image]) -> (usize, usize) {
+    let yaw: Vec<f64> = images.iter().map(|image| yaw_pitch(&image.pose).0.to_degrees()).collect();
     let pairs = (0..yaw.len()).flat_map(|a| (a + 1..yaw.len()).map(move |b| (a, b)));
     let cost = |&(a, b): &(usize, usize)| {
-        let turn = clip.pose(&clip.chosen[a]).angle_to(&clip.pose(&clip.chosen[b])).to_degrees();
+        let turn = images[a].pose.angle_to(&images[b].pose).to_degrees();
         let off = (PAIR_DEG.0 - turn).max(turn - PAIR_DEG.1).max(0.0);
         10.0 * off + (yaw[a] + yaw[b]).abs() / 2.0
     };
@@ -118,13 +137,18 @@ fn choose_pair(clip: &Clip) -> (usize, usize) {
 /// The motion between two frames: eight points from matched corners and feature points together, refined on the corners, which
 /// are matched more finely than the net marks features.
 fn two_frame_motion(
-    (a, b): (&ChosenFrame, &ChosenFrame),
+    clip: &Clip,
+    images: [&Image; 2],
     features: &[usize],
     rays: &[Vec<Vec2>; 2],
     camera: &Camera,
 ) -> Result<Transform, FacewrightError> {
-    let pyramids: [Pyramid; 2] = [a.skin.pyramid.clone(), b.skin.pyramid.clone()];
-    let pair = paper_matches(&pyramids, &a.skin.mask, &MatchOptions::default())?;
+    let skin = |image: &Image| -> Result<TrackedSkin, FacewrightError> {
+        let face = clip.faces.face(image.index).ok_or(FacewrightError::NoFace { frames: 1 })?;
+        Ok(TrackedSkin::of(clip.frames.pyramid(image.index)?, face))
+    };
+    let [a, b] = [skin(images[0])?, skin(images[1])?];
+    let pair = paper_matches([&a.pyramid, &b.pyramid], &a.mask, &MatchOptions::default())?;
     let kept: Vec<_> = pair.kept().collect();
     let in_a: Vec<Vec2> = kept.iter().map(|m| camera.normalise(&Vec2::new(m.0, m.1))).collect();
     let in_b: Vec<Vec2> = kept.iter().map(|m| camera.normalise(&Vec2::new(m.2, m.3))).collect();
@@ -141,8 +165,8 @@ fn features(head: &GenericHead) -> Vec<usize> {
 }
 
 /// Normalised coordinates of all landmarks of a frame.
-fn rays(clip: &Clip, chosen: &ChosenFrame, camera: &Camera) -> Vec<Vec2> {
-    clip.seen[chosen.index].landmarks.iter().map(|p| camera.normalise(p)).collect()
+fn rays(clip: &Clip, image: &Image, camera: &Camera) -> Vec<Vec2> {
+    clip.seen[image.index].landmarks.iter().map(|p| camera.normalise(p)).collect()
 }
 
 /// Which landmarks face the camera on the general head.
@@ -186,24 +210,23 @@ fn align(head: &GenericHead, cloud: &[Feature]) -> Result<Similarity, Facewright
 /// Resects the other images, those nearest in direction first, each from the nearest one before, and triangulates the features
 /// anew after each.
 fn add_images(
-    head: &GenericHead,
     clip: &Clip,
+    images: &[Image],
     camera: &Camera,
     (first, pose): (usize, Transform),
     mut structure: Vec<Feature>,
     progress: &Progress,
 ) -> Result<(Vec<Transform>, Vec<Feature>), FacewrightError> {
-    let turn = |i: usize, j: usize| clip.pose(&clip.chosen[i]).angle_to(&clip.pose(&clip.chosen[j]));
-    let mut order: Vec<usize> = (0..clip.chosen.len()).collect();
+    let turn = |i: usize, j: usize| images[i].pose.angle_to(&images[j].pose);
+    let mut order: Vec<usize> = (0..images.len()).collect();
     order.sort_by(|&i, &j| turn(i, first).total_cmp(&turn(j, first)));
     let options = ResectOptions { threshold: 6.0 / camera.fx, ..ResectOptions::default() };
     let wanted: Vec<usize> = structure.iter().map(|f| f.0).collect();
     let mut views: Vec<FeatureView> = Vec::new();
     for (done, &i) in order.iter().enumerate() {
         progress.step(done, order.len())?;
-        let chosen = &clip.chosen[i];
-        let mut view =
-            FeatureView { pose, rays: rays(clip, chosen, camera), visible: visible(head, &clip.pose(chosen)) };
+        let image = &images[i];
+        let mut view = FeatureView { pose, rays: rays(clip, image, camera), visible: visible(clip.head, &image.pose) };
         if let Some(near) = (0..done).min_by(|&a, &b| turn(order[a], i).total_cmp(&turn(order[b], i))) {
             let seen: Vec<&Feature> = structure.iter().filter(|f| view.visible[f.0]).collect();
             let normalised: Vec<Vec2> = seen.iter().map(|f| view.rays[f.0]).collect();

@@ -1,7 +1,7 @@
 //! What `motion.json` holds.
 
-use crate::{Method, Region, Scale, SourcedCamera};
-use geometry::{Transform, Vec3};
+use crate::{FacewrightError, FrameSet, Method, Region, Scale, SourcedCamera};
+use geometry::{Mat3, Transform, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -35,6 +35,9 @@ pub struct PointMotion {
     pub position: [f64; 3],
     /// Standard deviation, millimetres, root mean square over the axes.
     pub sigma_mm: f64,
+    /// Its covariance along the head's axes, mm²: xx, xy, xz, yy, yz, zz; missing in older files and of points that move.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub covariance_mm2: Option<[f64; 6]>,
     /// Frames that agree with it.
     pub frames: usize,
     /// Root mean square distance from where it is seen in them, pixels.
@@ -46,6 +49,14 @@ pub struct PointMotion {
 }
 
 impl PointMotion {
+    /// Its covariance along the head's axes, m²; the same in all directions where the file does not tell.
+    pub fn covariance(&self) -> Mat3 {
+        let Some([xx, xy, xz, yy, yz, zz]) = self.covariance_mm2 else {
+            return Mat3::identity() * (self.sigma_mm / 1000.0).powi(2);
+        };
+        Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) * 1e-6
+    }
+
     /// Head frame, metres.
     pub fn position(&self) -> Vec3 {
         Vec3::from(self.position)
@@ -80,6 +91,9 @@ pub struct HeadMotion {
     pub scale: Scale,
     /// Root mean square distance of points from where they are seen, pixels, over all that agree.
     pub reprojection_rms_px: f64,
+    /// Part of the tracks' observations that one motion of the head explains, 0…1; 0 in files that do not tell.
+    #[serde(default)]
+    pub rigid_agreement: f64,
     /// Unsteadiness.
     pub roughness: Roughness,
     /// Seconds per stage.
@@ -89,6 +103,14 @@ pub struct HeadMotion {
 }
 
 impl HeadMotion {
+    /// Refuses the motion of other frames.
+    pub(crate) fn check(&self, frames: &FrameSet) -> Result<(), FacewrightError> {
+        let (camera, names) = (&self.camera.camera, self.frames.iter().map(|frame| &frame.name));
+        frames
+            .is_clip_of(names, (camera.width, camera.height))
+            .map_err(|reason| FacewrightError::OtherMotion { reason })
+    }
+
     /// Makes the head and its way larger by a factor, which rests on what `scale` says.
     pub(super) fn resize(&mut self, factor: f64, scale: Scale) {
         for frame in &mut self.frames {
@@ -98,6 +120,7 @@ impl HeadMotion {
         for point in &mut self.points {
             point.position = (point.position() * factor).into();
             point.sigma_mm *= factor;
+            point.covariance_mm2.iter_mut().flatten().for_each(|entry| *entry *= factor * factor);
         }
         self.roughness.translation_mm *= factor;
         self.scale = scale;

@@ -20,7 +20,7 @@ mod rigid;
 mod scale;
 
 use crate::clock::Clock;
-use crate::faces::select::{check_turn, median};
+use crate::faces::{check_turn, median};
 use crate::{CameraSource, FacewrightError, Region, SizeOptions, SourcedCamera, Tracks};
 use clap::Args;
 use geometry::{Camera, Progress, Transform};

@@ -6,9 +6,9 @@ use super::rigid::{Judged, place};
 use super::scale::{by_landmarks, by_lengths};
 use super::{MotionOptions, Problem};
 use crate::clock::Clock;
-use crate::faces::select::{median, tally};
+use crate::faces::{median, tally};
 use crate::{CameraSource, FacewrightError, Method, SourcedCamera, Tracks};
-use geometry::{Transform, Vec3};
+use geometry::{Mat3, Transform, Vec3};
 use motion::sequence::Sequence;
 use nalgebra::UnitQuaternion;
 use std::collections::BTreeMap;
@@ -17,6 +17,8 @@ use std::collections::BTreeMap;
 const NAMED: usize = 5;
 /// Least part of the frames with points that a motion must explain.
 const LEAST_USED: f64 = 0.2;
+/// A point in fewer frames tells no shape.
+const LEAST_SEEN: usize = 3;
 /// A focal length less certain than this is warned of, as part of it.
 const VAGUE_FOCAL: f64 = 0.1;
 
@@ -51,10 +53,17 @@ pub(super) fn report(
         points,
         scale: size.scale.clone(),
         reprojection_rms_px: motion.report.rms_px,
+        rigid_agreement: agreement(tracks, &motion),
         timings_s: clock.finish(),
     };
     motion.resize(size.factor, size.scale);
     Ok(motion)
+}
+
+/// Part of the observations that the motion explains.
+fn agreement(tracks: &Tracks, motion: &Sequence) -> f64 {
+    let all: usize = tracks.tracks.iter().map(|track| track.observations.len()).sum();
+    motion.observations.len() as f64 / all.max(1) as f64
 }
 
 /// Refuses a motion that explains hardly any frame: a few wrong tracks always agree by chance.
@@ -71,6 +80,7 @@ fn check_enough(tracks: &Tracks, frames: &[FrameMotion]) -> Result<(), Facewrigh
 }
 
 fn points(tracks: &Tracks, problem: &Problem, motion: &Sequence, judged: &[Judged]) -> Vec<PointMotion> {
+    let covariances = covariances(motion);
     let point = |(k, track): (usize, &crate::PointTrack)| {
         let fit = motion.report.points[k];
         let rigid = motion.points[k]
@@ -80,6 +90,7 @@ fn points(tracks: &Tracks, problem: &Problem, motion: &Sequence, judged: &[Judge
                 id: track.id,
                 position: position.into(),
                 sigma_mm: 1000.0 * motion.report.point_sigma[k],
+                covariance_mm2: covariances[k],
                 frames: fit.observations,
                 reprojection_rms_px: fit.rms_px,
                 region: track.region,
@@ -91,6 +102,25 @@ fn points(tracks: &Tracks, problem: &Problem, motion: &Sequence, judged: &[Judge
             .flatten()
     };
     tracks.tracks.iter().enumerate().filter_map(point).collect()
+}
+
+/// Covariance of each point that at least three frames tell, the poses being where they are, mm² along the head's axes. The
+/// tracker's own deviations know nothing of what changes between frames: they are scaled to what the bundle found.
+fn covariances(motion: &Sequence) -> Vec<Option<[f64; 6]>> {
+    let mut information = vec![(Mat3::zeros(), 0_usize); motion.points.len()];
+    for o in &motion.observations {
+        let (Ok(pose), Some(point)) = (&motion.poses[o.frame], &motion.points[o.point]) else { continue };
+        let Some((_, jacobian)) = motion.camera.project_with_jacobian(&pose.apply(point)) else { continue };
+        let by_point = jacobian.point * pose.rotation.matrix() / o.sigma_px;
+        let (sum, count) = &mut information[o.point];
+        *sum += by_point.transpose() * by_point;
+        *count += 1;
+    }
+    let covariance = |(sum, count): &(Mat3, usize)| {
+        let found = sum.try_inverse().filter(|_| *count >= LEAST_SEEN)? * (1e6 * motion.report.excess);
+        Some([found[(0, 0)], found[(0, 1)], found[(0, 2)], found[(1, 1)], found[(1, 2)], found[(2, 2)]])
+    };
+    information.iter().map(covariance).collect()
 }
 
 /// A point that moves against the head: its usual place, as far as it has one.
@@ -107,6 +137,7 @@ fn moving(
         id: track.id,
         position: placed.point.into(),
         sigma_mm: 1000.0 * rms * placed.depth / motion.camera.fx,
+        covariance_mm2: None,
         frames: placed.near,
         reprojection_rms_px: rms,
         region: track.region,

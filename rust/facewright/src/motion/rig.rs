@@ -7,7 +7,7 @@
 use super::head_motion::HeadMotion;
 use super::{MotionOptions, solve_motion};
 use crate::calibrate::{CalibratedRig, MountedCamera};
-use crate::faces::select::median;
+use crate::faces::median;
 use crate::{FacewrightError, Scale, Tracks};
 use geometry::{Mat3, Progress, Transform, Vec3};
 use nalgebra::{Matrix6, SMatrix, SVector, Vector6};
@@ -69,7 +69,7 @@ pub fn solve_motion_on_rig(
         (weights, sum) = (weights + weight, sum + weight * size.0);
     }
     let names = films.iter().map(|film| film.camera.as_str()).collect::<Vec<_>>().join(", ");
-    let scale = Scale::metric(format!("places of the cameras {names}"), (1.0 / weights).sqrt() / (sum / weights));
+    let scale = Scale::measured(format!("places of the cameras {names}"), (1.0 / weights).sqrt() / (sum / weights));
     let mut motion = motions.swap_remove(0);
     motion.resize(sum / weights, scale);
     Ok(motion)

@@ -1,7 +1,7 @@
 //! The size of the head: what it rests on, and how far it can be trusted.
 
 use super::head_motion::PointMotion;
-use crate::faces::select::median;
+use crate::faces::median;
 use crate::{FacewrightError, FrameTracks, KnownLength, Scale, Tracks};
 use geometry::{Camera, Transform};
 
@@ -53,5 +53,5 @@ pub(super) fn by_lengths(points: &[PointMotion], lengths: &[KnownLength]) -> Res
         [one] => format!("distance of points {} and {}, given as {:.1} mm", one.from, one.to, 1000.0 * one.length),
         several => format!("{} lengths that were measured on the head", several.len()),
     };
-    Ok(Size { factor: sum / weights, scale: Scale::metric(source, (1.0 / weights).sqrt()) })
+    Ok(Size { factor: sum / weights, scale: Scale::measured(source, (1.0 / weights).sqrt()) })
 }

@@ -31,6 +31,9 @@ pub struct Scale {
     /// Standard deviation of the size, as part of it; 0 in reports that do not tell.
     #[serde(default)]
     pub relative_sigma: f64,
+    /// Whether it was measured on this head, by lengths or the places of cameras, instead of taken from what is usual.
+    #[serde(default)]
+    pub measured: bool,
 }
 
 /// Spread of people's heads around the usual one, by pupils and irises.
@@ -41,7 +44,12 @@ const PUPILS_SIGMA_M: f64 = 0.001;
 impl Scale {
     /// Metres, by what is said in `source`.
     pub(crate) fn metric(source: String, relative_sigma: f64) -> Self {
-        Self { source, metres_per_unit: 1.0, relative_sigma }
+        Self { source, metres_per_unit: 1.0, relative_sigma, measured: false }
+    }
+
+    /// The same, measured on this head.
+    pub(crate) fn measured(source: String, relative_sigma: f64) -> Self {
+        Self { measured: true, ..Self::metric(source, relative_sigma) }
     }
 
     /// By the eyes: their usual distance and size, or the distance of the pupils, metres, where it was measured.

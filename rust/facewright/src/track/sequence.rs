@@ -12,8 +12,7 @@ use super::search::{Anchors, REFERENCE_PX, Scene, Search, SearchOptions, Seed, s
 use super::surface::{SkinPoint, Surface, View};
 use super::{FrameTracks, PointObservation, PointTrack, Tracks};
 use crate::camera::starting_camera;
-use crate::faces::select::{SelectOptions, judge_all, yaw_pitch};
-use crate::faces::{Faces, TrackedSkin};
+use crate::faces::{Clip, KnownHead, SelectOptions, TrackedSkin, candidates, judge_all, yaw_pitch};
 use crate::{Assets, CameraSource, FacewrightError, FrameSet, Given, Method, SizeOptions, SourcedCamera};
 use clap::Args;
 use geometry::mesh::at_barycentric;
@@ -96,7 +95,7 @@ pub fn track_head(
     options: &TrackClipOptions,
     progress: &Progress,
 ) -> Result<Tracks, FacewrightError> {
-    let sequence = Sequence::new(clip, known, options);
+    let sequence = Sequence::new(clip, known, options)?;
     progress.stage("track")?;
     let (window, findings) = match options.method {
         Method::Default => sequence.follow(progress)?,
@@ -114,6 +113,8 @@ pub(super) struct Sequence<'a> {
     pub search: SearchOptions,
     /// How good each frame is to choose points in, or why it is not.
     quality: Vec<Result<f64, String>>,
+    /// Standard deviation of the noise in frames that nobody looked at, grey levels.
+    noise: f64,
 }
 
 /// A frame in memory.
@@ -134,10 +135,15 @@ pub(super) struct Reference<'a> {
 }
 
 impl<'a> Sequence<'a> {
-    fn new(clip: &'a Clip<'a>, known: &'a KnownHead, options: &'a TrackClipOptions) -> Self {
+    fn new(clip: &'a Clip<'a>, known: &'a KnownHead, options: &'a TrackClipOptions) -> Result<Self, FacewrightError> {
         let search = SearchOptions { window: options.window, ..SearchOptions::default() };
         let quality = judge_all(&candidates(clip), &SelectOptions::default());
-        Self { clip, options, known, triangles: clip.head.outer_skin(), search, quality }
+        let mut sequence =
+            Self { clip, options, known, triangles: clip.head.outer_skin(), search, quality, noise: 0.0 };
+        if let Some(&first) = sequence.references()?.first() {
+            sequence.noise = sequence.shoot(first)?.map_or(0.0, |shot| shot.skin.noise);
+        }
+        Ok(sequence)
     }
 
     /// Number of frames.
@@ -161,7 +167,7 @@ impl<'a> Sequence<'a> {
         let pyramid = self.clip.frames.pyramid(index)?;
         let skin = match self.clip.faces.face(index) {
             Some(face) => TrackedSkin::of(pyramid, face),
-            None => TrackedSkin::sought(pyramid),
+            None => TrackedSkin::sought(pyramid, self.noise),
         };
         let positions = self.clip.head.with_expression(&self.known.positions, &known.expression);
         Ok(Some(Shot { index, skin, pose: known.cam_from_head, positions }))

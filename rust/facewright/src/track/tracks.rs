@@ -153,21 +153,8 @@ impl Tracks {
 
     /// Refuses the tracks of other frames.
     pub(crate) fn check(&self, frames: &FrameSet) -> Result<(), FacewrightError> {
-        let (own, size) = (&self.camera.camera, (frames.width, frames.height));
-        if self.frames.len() != frames.len() || (own.width, own.height) != size {
-            let (count, there) = (self.frames.len(), frames.len());
-            let (width, height) = (own.width, own.height);
-            let reason = format!(
-                "they are of {count} frames of {width}x{height}, the clip has {there} of {}x{}",
-                size.0, size.1
-            );
-            return Err(FacewrightError::Tracks { reason });
-        }
-        let other = self.frames.iter().zip(&frames.frames).find(|(own, there)| own.name != there.name);
-        other.map_or(Ok(()), |(own, there)| {
-            let reason = format!("they have a frame {} where the clip has {}", own.name, there.name);
-            Err(FacewrightError::Tracks { reason })
-        })
+        let (camera, names) = (&self.camera.camera, self.frames.iter().map(|frame| &frame.name));
+        frames.is_clip_of(names, (camera.width, camera.height)).map_err(|reason| FacewrightError::Tracks { reason })
     }
 }
 

@@ -6,7 +6,7 @@
 use super::equations::{self, DenseRows, LandmarkSums, SharedSystem, assemble, prior_cost};
 use super::landmarks::{Context, view_weights};
 use super::model::LinearPoint;
-use super::{FitOptions, FrameObservation, LandmarkFit, size};
+use super::{FitOptions, FrameObservation, HeadSize, LandmarkFit, size};
 use crate::surface::SkinSurface;
 use crate::{GenericHead, HeadError};
 use faer::Mat;
@@ -145,7 +145,7 @@ impl CloudFit<'_> {
     fn start(&self, start: &LandmarkFit) -> Result<State, HeadError> {
         let pose = |f: &CloudFrame| Some((start.frames.get(f.index)?.as_ref()?.pose, f.pose));
         let pairs: Vec<(Transform, Transform)> = self.frames.iter().filter_map(pose).collect();
-        let mut cloud_from_head = align_cameras(&pairs).ok_or(HeadError::NoFace)?;
+        let mut cloud_from_head = Similarity::of_poses(&pairs).ok_or(HeadError::NoFace)?;
         cloud_from_head.scale *= start.scale;
         let shape = &self.context.shape;
         let keys = shape.keys.iter().map(|&k| start.shared_expression[k]);
@@ -293,7 +293,10 @@ impl CloudFit<'_> {
         let class_positions = context.shape.positions(&state.coefficients);
         let head_from_cloud = state.cloud_from_head.inverse();
         let poses: Vec<_> = self.frames.iter().map(|f| (f.seen, head_from_cloud.move_pose(&f.pose))).collect();
-        let scale = size::scale(context.head, &class_positions, &self.camera, &poses, &context.options.size)?;
+        let scale = match context.options.size {
+            HeadSize::Cloud => head_from_cloud.scale.recip(),
+            size => size::scale(context.head, &class_positions, &self.camera, &poses, &size)?,
+        };
         let positions: Vec<Vec3> = class_positions.iter().map(|p| p * scale).collect();
         let rigid = Transform::new(head_from_cloud.rigid.rotation, head_from_cloud.rigid.translation * scale);
         let head_from_cloud = Similarity { scale: head_from_cloud.scale * scale, rigid };
@@ -323,30 +326,6 @@ impl CloudFit<'_> {
 const NEAR: f64 = 0.02;
 /// Points off the skin by more than this many standard deviations are taken for something else.
 const ROBUST: Loss = Loss::Cauchy(2.5);
-
-/// `b_from_a` for cameras known in both frames, as pairs `(cam_from_a, cam_from_b)`; a similarity when they are seen from
-/// different places, `None` for no cameras.
-fn align_cameras(pairs: &[(Transform, Transform)]) -> Option<Similarity> {
-    let sum: Mat3 = pairs.iter().map(|(a, b)| b.rotation.matrix().transpose() * a.rotation.matrix()).sum();
-    let rotation = Transform::from_matrix(&sum, Vec3::zeros()).rotation;
-    // scale · t_a − R_b t = t_b, least squares in scale and t.
-    let (mut hessian, mut right) = (SMatrix::<f64, 4, 4>::zeros(), SMatrix::<f64, 4, 1>::zeros());
-    for (a, b) in pairs {
-        let mut jacobian = SMatrix::<f64, 3, 4>::zeros();
-        jacobian.set_column(0, &a.translation);
-        jacobian.fixed_view_mut::<3, 3>(0, 1).copy_from(&-b.rotation.matrix());
-        hessian += jacobian.transpose() * jacobian;
-        right += jacobian.transpose() * b.translation;
-    }
-    // A single place of the camera leaves the depth open; the weakest of priors keeps the head's size then.
-    let weak = 1e-9 * hessian[(0, 0)];
-    hessian[(0, 0)] += weak;
-    right[0] += weak;
-    let solution = hessian.cholesky()?.solve(&right);
-    let scale = solution[0];
-    (scale > 0.0 && scale.is_finite())
-        .then(|| Similarity { scale, rigid: Transform::new(rotation, solution.fixed_rows::<3>(1).into()) })
-}
 
 /// Derivative of a moved point by a step of the similarity: turn, shift and logarithm of scale, all after it.
 fn similarity_jacobian(similarity: &Similarity, point: &Vec3) -> SMatrix<f64, 3, 7> {
@@ -456,21 +435,34 @@ mod tests {
     }
 
     #[test]
+    fn a_cloud_in_metres_gives_the_head_its_own_size() {
+        let head = toy_head();
+        let large: Vec<Vec3> = person(&head).iter().map(|p| p * 1.1).collect();
+        let options = FitOptions { contour_error: f64::INFINITY, size: HeadSize::Cloud, ..FitOptions::default() };
+        let poses = turn(8);
+        let seen: Vec<FrameObservation> =
+            poses.iter().enumerate().map(|(f, p)| observe(&head, &large, p, 0.5, 0.0015, f as u64 + 1)).collect();
+        let first = fit_landmarks(&head, &camera(), &seen, &options, &Progress::new()).unwrap();
+        let frame = |(index, pose): (usize, &Transform)| CloudFrame { seen: &seen[index], pose: *pose, index };
+        let frames: Vec<CloudFrame> = poses.iter().enumerate().map(frame).collect();
+        let to_metres = cloud_from_truth().inverse();
+        let points: Vec<CloudPoint> = cloud(&head, &large, 0.0004)
+            .iter()
+            .map(|p| CloudPoint { position: to_metres.apply(&p.position), covariance: Mat3::identity() * 1.6e-7 })
+            .collect();
+        let fit = fit_cloud(&head, &camera(), &frames, &points, &first, &options, &Progress::new()).unwrap();
+        assert!((fit.head_from_cloud.scale - 1.0).abs() < 1e-9, "{}", fit.head_from_cloud.scale);
+        let width = |positions: &[Vec3]| size::eye_centres(&head, positions).map(|[a, b]| (a - b).norm()).unwrap();
+        let ratio = width(&fit.positions) / width(&large);
+        assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
+    }
+
+    #[test]
     fn a_cloud_that_is_elsewhere_is_refused() {
         let head = toy_head();
         let truth = person(&head);
         let mut points = cloud(&head, &truth, 0.0004);
         points.iter_mut().for_each(|p| p.position += Vec3::new(2.0, 0.0, 0.0));
         assert!(matches!(fitted(&head, &truth, &points).1, Err(HeadError::NoCloud { .. })));
-    }
-
-    #[test]
-    fn cameras_give_the_similarity_between_two_frames() {
-        let truth = cloud_from_truth();
-        let pairs: Vec<(Transform, Transform)> = turn(9).iter().map(|p| (*p, truth.move_pose(p))).collect();
-        let found = align_cameras(&pairs).unwrap();
-        assert!((found.scale / truth.scale - 1.0).abs() < 1e-6 && found.rigid.angle_to(&truth.rigid) < 1e-9);
-        assert!((found.rigid.translation - truth.rigid.translation).norm() < 1e-6);
-        assert!(align_cameras(&[]).is_none());
     }
 }

@@ -24,6 +24,8 @@ pub enum HeadSize {
         /// The distance.
         metres: f64,
     },
+    /// The cloud's unit is the metre ([`super::fit_cloud`]); as usual where there is no cloud.
+    Cloud,
 }
 
 /// Midpoints of the eyeballs, left and right.
@@ -52,7 +54,7 @@ pub(crate) fn scale(
             let place = |i: usize| landmarks.get(i).copied().ok_or(HeadError::NoSize);
             (*metres, (place(indices[0])? - place(indices[1])?).norm())
         }
-        HeadSize::Usual => (usual(distance, iris_diameter(&eyes, camera, frames)), 1.0),
+        HeadSize::Usual | HeadSize::Cloud => (usual(distance, iris_diameter(&eyes, camera, frames)), 1.0),
     };
     let factor = wanted / present;
     if factor.is_finite() && factor > 0.0 { Ok(factor) } else { Err(HeadError::NoSize) }

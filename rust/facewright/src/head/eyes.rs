@@ -1,0 +1,40 @@
+//! The lips closed and the eyeballs fitted to sockets and irises.
+
+use super::Measured;
+use crate::FacewrightError;
+use crate::faces::{Clip, median, yaw_pitch};
+use geometry::Transform;
+use head::eyes::{EyeFit, EyeOptions, IrisObservation, carry_parts, fit_eyes, place_eyes};
+use head::lips::close_lips;
+use motion::triangulate::triangulate;
+
+/// Frames turned further than this do not tell where the gaze usually is, degrees.
+const FRONTAL_DEG: f64 = 12.0;
+
+/// Closes the lips, fits the eyeballs and takes lashes, teeth and tongue along.
+pub fn finish(clip: &Clip, measured: &mut Measured) -> Result<[EyeFit; 2], FacewrightError> {
+    let irises = [0, 1].map(|side| iris_in_head(clip, measured, side));
+    let (head, positions) = (clip.head, &mut measured.positions);
+    close_lips(head, positions)?;
+    carry_parts(head, positions)?;
+    let eyes = fit_eyes(head, positions, &irises, &EyeOptions::default())?;
+    place_eyes(head, positions, &eyes)?;
+    Ok(eyes)
+}
+
+/// Where an iris is in the head, from the frames in which the person looks at about the same place of the head's own
+/// frame as usual: while the head turns, the gaze may stay on the camera, and then only near-frontal frames agree.
+fn iris_in_head(clip: &Clip, measured: &Measured, side: usize) -> Option<IrisObservation> {
+    let camera = &measured.camera;
+    let frontal = |pose: &Transform| yaw_pitch(pose).0.abs().to_degrees() < FRONTAL_DEG;
+    let (mut rays, mut diameters) = (Vec::new(), Vec::new());
+    for (index, pose) in measured.chosen_poses() {
+        let iris = clip.faces.face(index).map(|face| &face.irises[side]);
+        let Some(iris) = iris.filter(|iris| iris.visible && frontal(&pose)) else { continue };
+        rays.push((pose, camera.normalise(&iris.centre)));
+        diameters.push(iris.radius / camera.fx);
+    }
+    let found = triangulate(&rays)?;
+    let depths = rays.iter().zip(&diameters).map(|((pose, _), d)| d * pose.apply(&found.point).z);
+    Some(IrisObservation { centre: found.point, radius: median(depths) })
+}
