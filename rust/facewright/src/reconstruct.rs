@@ -3,11 +3,11 @@
 
 use crate::camera::starting_camera;
 use crate::clock::Clock;
-use crate::faces::{Clip, median};
+use crate::faces::{Clip, KnownHead, median};
 use crate::head::unseen::replace_unseen;
 use crate::head::{Measured, MeasuredFrame, eyes, features, paper, shape};
 use crate::texture::{make_textures, plain};
-use crate::track::track_head;
+use crate::track::{Corners, track_head};
 use crate::{
     Assets, CameraSource, FacewrightError, FitReport, FrameReport, FrameSet, Given, HeadMotion, Method, MotionOptions,
     Reconstruction, Report, Scale, SizeOptions, SourcedCamera, TrackClipOptions, solve_motion,
@@ -79,15 +79,24 @@ pub fn reconstruct(
     let (mut measured, scale) = match options.method {
         Method::Default => {
             let motion = motion(&clip, given, &sourced, &options.size, [&tracking, &moving], &mut clock)?;
-            let measured = shape::measure(&clip, &motion, &options.size, &shaping)?;
+            let [first, second] = shaping.split(&[1.0, 3.0]);
+            let measured = shape::measure(&clip, &clip.known, &motion, &options.size, &first)?;
+            clock.lap("shape");
+            let is_own = given.tracks.is_none() && given.motion.is_none();
+            let measured = if is_own && !measured.points.is_empty() {
+                sharpen(&clip, measured, &motion, &options.size, &second)?
+            } else {
+                measured
+            };
+            clock.lap("sharpen");
             (measured, motion.scale)
         }
         Method::Paper => {
             let measured = paper::measure(&clip, &sourced, &options.size, &shaping)?;
+            clock.lap("shape");
             (measured, Scale::of_eyes(options.size.interocular()))
         }
     };
-    clock.lap("shape");
     if options.method == Method::Default {
         measured.positions = replace_unseen(head, &measured.positions, &measured.points);
         measured.positions = features::align(&clip, &measured)?;
@@ -132,12 +141,46 @@ fn motion(
     }
     let tracks = match &given.tracks {
         Some(tracks) => tracks.clone(),
-        None => track_head(clip, &clip.known, camera.source, &TrackClipOptions::default(), tracking)?,
+        None => track_head(clip, &clip.known, camera.source, &TrackClipOptions::default(), Corners::New, tracking)?,
     };
     clock.lap("track");
     let motion = solve_motion(&tracks, given.camera.as_ref(), &MotionOptions { size: size.clone() }, moving)?;
     clock.lap("motion");
     Ok(motion)
+}
+
+/// Corners in each reference frame of the second round, whose points need not be told apart by people.
+const DENSE: usize = 350;
+
+/// The shape once more, from many points that the better head predicts in the chosen frames. The camera is held: the first round has
+/// seen all frames.
+fn sharpen(
+    clip: &Clip,
+    rough: Measured,
+    motion: &HeadMotion,
+    size: &SizeOptions,
+    progress: &Progress,
+) -> Result<Measured, FacewrightError> {
+    let [tracking, moving, shaping] = progress.split(&[2.0, 2.0, 2.0]);
+    let better = rough.known(clip);
+    let chosen = KnownHead {
+        frames: better
+            .frames
+            .iter()
+            .enumerate()
+            .map(|(f, k)| k.clone().filter(|_| rough.chosen.frames.contains(&f)))
+            .collect(),
+        ..better.clone()
+    };
+    let options = TrackClipOptions { points: DENSE, ..TrackClipOptions::default() };
+    let tracks = track_head(clip, &chosen, CameraSource::Board, &options, Corners::All, &tracking)?;
+    let mut again = solve_motion(&tracks, None, &MotionOptions::default(), &moving)?;
+    again.scale = motion.scale.clone();
+    let mut sharp = shape::measure(clip, &better, &again, size, &shaping)?;
+    for (frame, before) in sharp.frames.iter_mut().zip(&rough.frames).filter(|(frame, _)| frame.by_landmarks) {
+        (frame.rms_px, frame.by_landmarks) = (before.rms_px, before.by_landmarks);
+    }
+    Ok(sharp)
 }
 
 /// What the artist should know.

@@ -11,7 +11,7 @@ pub mod paper;
 pub mod shape;
 pub mod unseen;
 
-use crate::faces::Chosen;
+use crate::faces::{Chosen, Clip, KnownFrame, KnownHead};
 use ::head::GenericHead;
 use geometry::face_mesh::IBUG68;
 use geometry::{Camera, Transform, Vec3};
@@ -50,6 +50,16 @@ pub struct MeasuredFrame {
 }
 
 impl Measured {
+    /// The head as a tracker may know it, with the expressions that the landmarks gave.
+    pub fn known(&self, clip: &Clip) -> KnownHead {
+        let frame = |(measured, known): (&MeasuredFrame, &Option<KnownFrame>)| {
+            let (cam_from_head, known) = measured.pose.zip(known.as_ref())?;
+            Some(KnownFrame { cam_from_head, expression: known.expression.clone() })
+        };
+        let frames = self.frames.iter().zip(&clip.known.frames).map(frame).collect();
+        KnownHead { camera: self.camera, positions: self.positions.clone(), frames }
+    }
+
     /// The frames that shape and texture are taken from, with their poses.
     pub fn chosen_poses(&self) -> Vec<(usize, Transform)> {
         self.chosen.frames.iter().filter_map(|&frame| Some((frame, self.frames[frame].pose?))).collect()

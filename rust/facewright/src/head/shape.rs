@@ -1,8 +1,8 @@
 //! Our way to the shape: the points of a motion, the class of heads, and a free deformation.
 
 use super::{Measured, MeasuredFrame};
-use crate::faces::{Chosen, Clip};
-use crate::{FacewrightError, HeadMotion, SizeOptions};
+use crate::faces::{Chosen, Clip, KnownFrame, KnownHead};
+use crate::{FacewrightError, FrameMotion, HeadMotion, SizeOptions};
 use geometry::{Progress, Similarity, Transform};
 use head::deform::{DeformOptions, refine};
 use head::fit::{CloudFrame, CloudPoint, FitOptions, HeadFit, HeadSize, fit_cloud};
@@ -12,12 +12,13 @@ const LEAST_POINTS: usize = 40;
 /// A point in fewer frames tells no shape.
 const LEAST_SEEN: usize = 3;
 
-/// Measures the shape of the head in a clip whose motion is known.
+/// Measures the shape of the head in a clip whose motion is known; `known` is the head that the motion's tracks were predicted by.
 ///
 /// # Errors
 /// Those of [`Chosen::of`], [`head::HeadError`], [`FacewrightError::Cancelled`].
 pub fn measure(
     clip: &Clip,
+    known: &KnownHead,
     motion: &HeadMotion,
     size: &SizeOptions,
     progress: &Progress,
@@ -39,7 +40,7 @@ pub fn measure(
     Ok(Measured {
         camera,
         positions: carried.positions,
-        frames: placed(clip, motion, &fit),
+        frames: placed(clip, known, motion, &fit),
         chosen,
         points: cloud.iter().map(|point| fit.head_from_cloud.apply(&point.position)).collect(),
         agreement: motion.rigid_agreement,
@@ -56,13 +57,13 @@ fn cloud(motion: &HeadMotion) -> Vec<CloudPoint> {
 }
 
 /// Every frame by its points; where these tell no pose, by the head that its landmarks or its neighbours' gave.
-fn placed(clip: &Clip, motion: &HeadMotion, fit: &HeadFit) -> Vec<MeasuredFrame> {
+fn placed(clip: &Clip, known: &KnownHead, motion: &HeadMotion, fit: &HeadFit) -> Vec<MeasuredFrame> {
     let to_head = &fit.head_from_cloud;
-    let pairs = motion.frames.iter().zip(&clip.known.frames);
+    let pairs = motion.frames.iter().zip(&known.frames);
     let both = pairs.clone().filter_map(|(found, known)| Some((known.as_ref()?.cam_from_head, found.cam_from_head?)));
     let both: Vec<(Transform, Transform)> = both.map(|(known, found)| (known, to_head.move_pose(&found))).collect();
     let from_landmarks = Similarity::of_poses(&both).unwrap_or_else(Similarity::identity);
-    let frame = |(index, (found, known)): (usize, (&crate::FrameMotion, &Option<crate::faces::KnownFrame>))| {
+    let frame = |(index, (found, known)): (usize, (&FrameMotion, &Option<KnownFrame>))| {
         if let Some(pose) = found.cam_from_head {
             let pose = Some(to_head.move_pose(&pose));
             return MeasuredFrame { pose, rms_px: found.reprojection_rms_px, by_landmarks: false };

@@ -16,7 +16,7 @@ mod tracks;
 
 pub use pair::{MatchOptions, MatchedPair, Matches, match_pair};
 pub use search::{Anchors, Scene, Search, SearchOptions, Seed, Sighting, seeds};
-pub(crate) use sequence::track_head;
+pub(crate) use sequence::{Corners, track_head};
 pub use sequence::{TrackClipOptions, track};
 pub use surface::{Surface, View};
 pub use tracks::{FrameTracks, PointGap, PointObservation, PointTrack, Region, Tracks};

@@ -84,7 +84,16 @@ pub fn track(
     options.validate()?;
     let camera = starting_camera(frames, given.camera.as_ref())?;
     let clip = Clip::look(frames, assets, given, &camera, &SizeOptions::default(), progress)?;
-    track_head(&clip, &clip.known, camera.source, options, progress)
+    track_head(&clip, &clip.known, camera.source, options, Corners::New, progress)
+}
+
+/// Which corners a reference frame gets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Corners {
+    /// Those that no reference frame before it has given.
+    New,
+    /// As many as if it were the only one: a place that several have chosen is measured several times.
+    All,
 }
 
 /// Tracks points of a head that is known, about where it is known to be in each frame.
@@ -93,9 +102,10 @@ pub fn track_head(
     known: &KnownHead,
     source: CameraSource,
     options: &TrackClipOptions,
+    corners: Corners,
     progress: &Progress,
 ) -> Result<Tracks, FacewrightError> {
-    let sequence = Sequence::new(clip, known, options)?;
+    let sequence = Sequence::new(clip, known, options, corners)?;
     progress.stage("track")?;
     let (window, findings) = match options.method {
         Method::Default => sequence.follow(progress)?,
@@ -108,6 +118,7 @@ pub fn track_head(
 pub(super) struct Sequence<'a> {
     pub clip: &'a Clip<'a>,
     pub options: &'a TrackClipOptions,
+    corners: Corners,
     known: &'a KnownHead,
     triangles: Vec<[u32; 3]>,
     pub search: SearchOptions,
@@ -135,11 +146,16 @@ pub(super) struct Reference<'a> {
 }
 
 impl<'a> Sequence<'a> {
-    fn new(clip: &'a Clip<'a>, known: &'a KnownHead, options: &'a TrackClipOptions) -> Result<Self, FacewrightError> {
+    fn new(
+        clip: &'a Clip<'a>,
+        known: &'a KnownHead,
+        options: &'a TrackClipOptions,
+        corners: Corners,
+    ) -> Result<Self, FacewrightError> {
         let search = SearchOptions { window: options.window, ..SearchOptions::default() };
         let quality = judge_all(&candidates(clip), &SelectOptions::default());
         let mut sequence =
-            Self { clip, options, known, triangles: clip.head.outer_skin(), search, quality, noise: 0.0 };
+            Self { clip, options, corners, known, triangles: clip.head.outer_skin(), search, quality, noise: 0.0 };
         if let Some(&first) = sequence.references()?.first() {
             sequence.noise = sequence.shoot(first)?.map_or(0.0, |shot| shot.skin.noise);
         }
@@ -221,7 +237,9 @@ impl<'a> Sequence<'a> {
             let found: Result<Vec<_>, FacewrightError> = chunk.par_iter().map(|&i| self.seek(i, &references)).collect();
             found?.into_iter().flatten().for_each(|(point, finding)| findings.note(point, finding));
         }
-        relay(self, &references, &mut findings, progress)?;
+        if self.corners == Corners::New {
+            relay(self, &references, &mut findings, progress)?;
+        }
         findings.drop_unreliable();
         let window = scenes.first().map_or(0, |scene| self.search.window(&scene.view));
         Ok((window, findings))
@@ -243,7 +261,7 @@ impl<'a> Sequence<'a> {
             let mut free = scene.view.shared(&scene.view, self.search.least_cosine(), window / 4);
             free.iter_mut().zip(scene.skin.mask.iter()).for_each(|(free, mask)| *free &= mask);
             let mut known = 0;
-            for reference in &references {
+            for reference in references.iter().filter(|_| self.corners == Corners::New) {
                 let again = reference.anchors.search(scene, &self.search)?;
                 for sighting in again.sightings.into_iter().flatten().filter(|s| s.outcome.is_usable()) {
                     clear_disc(&mut free, &sighting.pixel, 0.5 * window as f64);
