@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use std::collections::BTreeSet;
 
 /// Frames that the nets look at at first, about: enough to see a turn from all sides, to choose from, and to begin with …
-const FIRST_LOOKS: usize = 48;
+const FIRST_LOOKS: usize = 64;
 /// … but at least every so many frames, in which a head may turn to the side and back.
 const FARTHEST_LOOKS: usize = 12;
 /// Between looks whose heads are turned against each other by more than this, radians …

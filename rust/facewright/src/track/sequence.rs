@@ -31,8 +31,10 @@ const REFERENCE_YAWS_DEG: [f64; 7] = [0.0, -15.0, 15.0, -30.0, 30.0, -50.0, 50.0
 const REFERENCE_REACH_DEG: f64 = 9.0;
 /// A frame that is blurred, covered or full of expression is taken only where others are farther off by this, degrees.
 const UNFIT_DEG: f64 = 20.0;
-/// A frame turned further than this from a reference is not searched for its points, degrees.
+/// A frame turned further than this from a reference is not searched for its points, degrees: with the head that landmarks give …
 const FARTHEST_TURN_DEG: f64 = 34.0;
+/// … and with a measured one, which foretells how patches are warped.
+const FARTHEST_TURN_MEASURED_DEG: f64 = 40.0;
 
 /// How a sequence is tracked.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
@@ -92,8 +94,17 @@ pub fn track(
 pub enum Corners {
     /// Those that no reference frame before it has given.
     New,
-    /// As many as if it were the only one: a place that several have chosen is measured several times.
+    /// As many as if it were the only one, on a head that was measured: a place that several have chosen is measured several times.
     All,
+}
+
+impl Corners {
+    fn farthest_turn_deg(self) -> f64 {
+        match self {
+            Self::New => FARTHEST_TURN_DEG,
+            Self::All => FARTHEST_TURN_MEASURED_DEG,
+        }
+    }
 }
 
 /// Tracks points of a head that is known, about where it is known to be in each frame.
@@ -185,7 +196,11 @@ impl<'a> Sequence<'a> {
             Some(face) => TrackedSkin::of(pyramid, face),
             None => TrackedSkin::sought(pyramid, self.noise),
         };
-        let positions = self.clip.head.with_expression(&self.known.positions, &known.expression);
+        let positions = match self.corners {
+            Corners::New => self.clip.head.with_expression(&self.known.positions, &known.expression),
+            // Quiet faces were chosen: what landmarks make of their expressions is mostly jitter.
+            Corners::All => self.known.positions.clone(),
+        };
         Ok(Some(Shot { index, skin, pose: known.cam_from_head, positions }))
     }
 
@@ -253,27 +268,43 @@ impl<'a> Sequence<'a> {
         Scene { skin: &shot.skin, view: View::new(surface, &self.known.camera, shot.pose) }
     }
 
-    /// Corners of each reference frame beside the points of those before it.
+    /// Corners of each reference frame, beside the points of those before it or not.
     fn choose<'s>(&self, shots: &[Shot], scenes: &'s [Scene<'s>]) -> Result<Vec<Reference<'s>>, FacewrightError> {
         let mut references: Vec<Reference> = Vec::new();
         for (shot, scene) in shots.iter().zip(scenes) {
-            let window = self.search.window(&scene.view);
-            let mut free = scene.view.shared(&scene.view, self.search.least_cosine(), window / 4);
-            free.iter_mut().zip(scene.skin.mask.iter()).for_each(|(free, mask)| *free &= mask);
-            let mut known = 0;
-            for reference in references.iter().filter(|_| self.corners == Corners::New) {
-                let again = reference.anchors.search(scene, &self.search)?;
-                for sighting in again.sightings.into_iter().flatten().filter(|s| s.outcome.is_usable()) {
-                    clear_disc(&mut free, &sighting.pixel, 0.5 * window as f64);
-                    known += 1;
-                }
-            }
-            let corners = self.search.corners(scene, self.options.points.saturating_sub(known));
+            let seeds = match self.corners {
+                Corners::New => self.new_corners(scene, &references)?,
+                Corners::All => self.all_corners(scene)?,
+            };
             let first = references.last().map_or(0, |r| r.first + r.anchors.seeds.len());
-            let anchors = Anchors::take(scene, seeds(scene, &free, &corners)?, &self.search)?;
+            let anchors = Anchors::take(scene, seeds, &self.search)?;
             references.push(Reference { index: shot.index, anchors, first });
         }
         Ok(references)
+    }
+
+    /// Corners away from the points that other reference frames have given, and from where the skin turns away.
+    fn new_corners(&self, scene: &Scene, references: &[Reference]) -> Result<Vec<Seed>, FacewrightError> {
+        let window = self.search.window(&scene.view);
+        let mut free = scene.view.shared(&scene.view, self.search.least_cosine(), window / 4);
+        free.iter_mut().zip(scene.skin.mask.iter()).for_each(|(free, mask)| *free &= mask);
+        let mut known = 0;
+        for reference in references {
+            let again = reference.anchors.search(scene, &self.search)?;
+            for sighting in again.sightings.into_iter().flatten().filter(|s| s.outcome.is_usable()) {
+                clear_disc(&mut free, &sighting.pixel, 0.5 * window as f64);
+                known += 1;
+            }
+        }
+        seeds(scene, &free, &self.search.corners(scene, self.options.points.saturating_sub(known)))
+    }
+
+    /// All corners of the skin that faces the camera.
+    fn all_corners(&self, scene: &Scene) -> Result<Vec<Seed>, FacewrightError> {
+        let mut seeds = seeds(scene, &scene.skin.mask, &self.search.corners(scene, self.options.points))?;
+        let cosine = self.search.least_cosine();
+        seeds.retain(|seed| scene.view.facing(&seed.point).is_some_and(|found| found > cosine));
+        Ok(seeds)
     }
 
     /// Seeks the points of all references in one frame: number and finding of every point.
@@ -295,7 +326,7 @@ impl<'a> Sequence<'a> {
                         |seed: &Seed| Ok(PointObservation { frame: index, pixel: seed.pixel, sigma_px: REFERENCE_PX });
                     found.extend(numbers.clone().zip(reference.anchors.seeds.iter().map(own)));
                 }
-                Some(scene) if turn(scene) > FARTHEST_TURN_DEG => found.extend(all(Loss::Turned)),
+                Some(scene) if turn(scene) > self.corners.farthest_turn_deg() => found.extend(all(Loss::Turned)),
                 Some(scene) => {
                     let again = reference.anchors.search(scene, &self.search)?;
                     found.extend(numbers.clone().zip(verdicts(index, &again)));
