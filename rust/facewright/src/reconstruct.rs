@@ -93,6 +93,7 @@ pub fn reconstruct(
     warnings.extend(shape.warnings.iter().cloned());
     warnings.extend(skin.warnings);
     let report = Report {
+        schema: crate::Schema,
         version: env!("CARGO_PKG_VERSION").to_owned(),
         method: options.method,
         camera: SourcedCamera { camera: shape.camera, source: sourced.source },

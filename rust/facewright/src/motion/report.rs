@@ -7,7 +7,7 @@ use super::scale::{by_landmarks, by_lengths};
 use super::{MotionOptions, Problem};
 use crate::clock::Clock;
 use crate::faces::select::{median, tally};
-use crate::{CameraSource, FacewrightError, Method, SourcedCamera, Tracks};
+use crate::{CameraSource, FacewrightError, Method, Schema, SourcedCamera, Tracks};
 use geometry::{Transform, Vec3};
 use motion::sequence::Sequence;
 use nalgebra::UnitQuaternion;
@@ -41,6 +41,7 @@ pub(super) fn report(
     let focal_sigma_px = motion.focal_sigma_px.take();
     clock.lap("report");
     let mut motion = HeadMotion {
+        schema: Schema,
         version: env!("CARGO_PKG_VERSION").to_owned(),
         method: Method::Default,
         warnings: warnings(tracks, &frames, problem, &motion, focal_sigma_px),

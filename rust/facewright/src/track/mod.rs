@@ -7,6 +7,7 @@
 //! - [`Anchors`]: the points of one frame in others, predicted by the head's [`Surface`].
 
 mod chain;
+mod edited;
 mod findings;
 pub(crate) mod follow;
 mod given;
@@ -17,6 +18,7 @@ pub(crate) mod search;
 mod sequence;
 pub(crate) mod surface;
 mod tracks;
+mod valid;
 
 pub use follow::{FaceTrack, FollowOptions, TrackedFrame, follow};
 pub use given::given;
