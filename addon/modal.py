@@ -1,5 +1,6 @@
 """What operators have in common: work that goes on while the artist looks on, files that are asked for, movie clips."""
 
+import math
 import textwrap
 import time
 from collections.abc import Callable
@@ -26,6 +27,8 @@ class Running:
 
     stage: ClassVar[str] = ""
     fraction: ClassVar[float] = 0.0
+    # Seconds left, where that is known.
+    remaining_s: ClassVar[float | None] = None
     active: ClassVar[bool] = False
     # The operator's class: a panel shows the progress of its own.
     operator: ClassVar[type | None] = None
@@ -62,7 +65,8 @@ class WorkOperator:
         except FacewrightError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        Running.active, Running.stage, Running.fraction = True, "starting", 0.0
+        Running.active = True
+        Running.stage, Running.fraction, Running.remaining_s = "starting", 0.0, None
         Running.operator = type(self)
         self._timer = context.window_manager.event_timer_add(POLL_SECONDS, window=context.window)
         context.window_manager.modal_handler_add(self)
@@ -86,7 +90,7 @@ class WorkOperator:
         until = time.monotonic() + POLL_SECONDS / 2
         try:
             while time.monotonic() < until:
-                Running.stage, Running.fraction = next(self._work)
+                Running.stage, Running.fraction, Running.remaining_s = next(self._work)
                 if Running.stage != "decode":
                     break
         except StopIteration as end:
@@ -198,11 +202,18 @@ def has_tracks(operator: type[bpy.types.Operator], context: bpy.types.Context) -
 
 
 def draw_progress(layout: bpy.types.UILayout) -> None:
-    """The present stage of what runs, as a bar."""
+    """What runs, as a bar with its present stage and the time left."""
     row = layout.row()
     row.scale_y = 1.5
     row.progress(factor=Running.fraction, type="BAR", text=(Running.stage or "starting").capitalize())
-    layout.label(text="Esc cancels")
+    layout.label(text=f"{time_left(Running.remaining_s)}Esc cancels")
+
+
+def time_left(seconds: float | None) -> str:
+    """`2 min left, ` or nothing where that is unknown."""
+    if seconds is None:
+        return ""
+    return f"{math.ceil(seconds / 60)} min left, " if seconds > 90 else f"{math.ceil(seconds)} s left, "
 
 
 def draw_text(layout: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str = "NONE") -> None:

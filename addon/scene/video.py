@@ -45,7 +45,10 @@ def clip_files(clip: bpy.types.MovieClip) -> list[str]:
     return [str(path) for name in names if (path := first.with_name(name)).exists()]
 
 
-def decode(path: str, numbers: Iterable[int]) -> Generator[tuple[str, float], None, tempfile.TemporaryDirectory[str]]:
+Decoding = Generator[tuple[str, float, None], None, tempfile.TemporaryDirectory[str]]
+
+
+def decode(path: str, numbers: Iterable[int]) -> Decoding:
     """Write frames of a video as PNG into a temporary folder, one for each step of the generator."""
     folder = tempfile.TemporaryDirectory(prefix="facewright-")
     scene = bpy.data.scenes.new("Facewright decoding")
@@ -53,7 +56,7 @@ def decode(path: str, numbers: Iterable[int]) -> Generator[tuple[str, float], No
         _set_up(scene, path)
         wanted = list(numbers)
         for done, number in enumerate(wanted):
-            yield "decode", done / len(wanted)
+            yield "decode", done / len(wanted), None
             _write(scene, number, Path(folder.name))
         return folder
     except (GeneratorExit, RuntimeError):

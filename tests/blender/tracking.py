@@ -76,8 +76,8 @@ class Finished:
     def __init__(self, text: str, fails: Exception | None = None) -> None:
         self.text, self.fails, self.cancelled, self.rounds = text, fails, False, 2
 
-    def progress(self) -> tuple[str, float]:
-        return "track", 0.5
+    def progress(self) -> tuple[str, float, float | None]:
+        return "track", 0.5, 12.0
 
     def finished(self) -> bool:
         self.rounds -= 1

@@ -29,7 +29,7 @@ mod undistort;
 
 pub use board::{Board, Pattern};
 pub use camera::{Camera, CameraError, CameraJacobian};
-pub use progress::{Cancelled, Progress};
+pub use progress::{Cancelled, Progress, ProgressSnapshot};
 pub use similarity::Similarity;
 pub use transform::{Transform, skew};
 pub use undistort::{Pinhole, PixelMap};

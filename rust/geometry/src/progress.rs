@@ -3,25 +3,64 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Nothing is said of the time left before this much has passed …
+const SOONEST: Duration = Duration::from_secs(1);
+/// … and this fraction of the work is done.
+const LEAST_FRACTION: f64 = 0.02;
 
 /// The caller asked to stop; nothing was written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("cancelled")]
 pub struct Cancelled;
 
-#[derive(Debug, Default)]
-struct State {
+/// How far a work is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProgressSnapshot {
+    /// Name of the present stage.
+    pub stage: String,
+    /// Part of the whole work that is done, 0…1; never less than before.
+    pub fraction: f64,
+    /// Seconds left, by what the work took so far; `None` while that tells nothing.
+    pub remaining_s: Option<f64>,
+}
+
+/// What all parts of a work share.
+#[derive(Debug)]
+struct Work {
     cancelled: AtomicBool,
+    /// Bits of the fraction done: those of numbers that are not negative are in the numbers' order.
     fraction_bits: AtomicU64,
     stage: Mutex<String>,
+    started: Instant,
 }
 
 /// A handle shared by the one who computes and the one who watches. Clones watch the same work.
 ///
-/// The computing side calls [`Progress::stage`] once per stage and [`Progress::step`] in its loops; the watching side
-/// polls [`Progress::snapshot`] and may call [`Progress::cancel`] from any thread.
-#[derive(Clone, Debug, Default)]
-pub struct Progress(Arc<State>);
+/// The computing side [splits](Progress::split) the handle into one for each step, calls [`Progress::stage`] when a step
+/// begins and [`Progress::step`] in its loops; the watching side polls [`Progress::snapshot`] and may call
+/// [`Progress::cancel`] from any thread. Of several stages of one handle, none is shown to be behind an earlier one.
+#[derive(Clone, Debug)]
+pub struct Progress {
+    work: Arc<Work>,
+    /// Fraction of the work that is done when this part begins.
+    begin: f64,
+    /// This part's share of the work.
+    share: f64,
+}
+
+impl Default for Progress {
+    fn default() -> Self {
+        let work = Work {
+            cancelled: AtomicBool::new(false),
+            fraction_bits: AtomicU64::new(0),
+            stage: Mutex::new(String::new()),
+            started: Instant::now(),
+        };
+        Self { work: Arc::new(work), begin: 0.0, share: 1.0 }
+    }
+}
 
 impl Progress {
     /// A handle nobody watches.
@@ -29,34 +68,66 @@ impl Progress {
         Self::default()
     }
 
-    /// Names the stage that begins and sets its fraction to zero.
+    /// A handle for each of the steps that this part of the work consists of, one after the other; the weights are their
+    /// times, in any unit.
+    pub fn split<const N: usize>(&self, weights: &[f64; N]) -> [Self; N] {
+        let total: f64 = weights.iter().sum();
+        let unit = if total > 0.0 { self.share / total } else { 0.0 };
+        let mut begin = self.begin;
+        weights.map(|weight| {
+            let part = Self { work: self.work.clone(), begin, share: unit * weight };
+            begin += part.share;
+            part
+        })
+    }
+
+    /// The same for a number of equal steps.
+    pub fn split_evenly(&self, parts: usize) -> Vec<Self> {
+        let share = self.share / parts.max(1) as f64;
+        let part = |k: usize| Self { work: self.work.clone(), begin: self.begin + k as f64 * share, share };
+        (0..parts).map(part).collect()
+    }
+
+    /// Names the stage that begins.
     pub fn stage(&self, name: &str) -> Result<(), Cancelled> {
-        *self.0.stage.lock().unwrap_or_else(PoisonError::into_inner) = name.to_owned();
+        *self.work.stage.lock().unwrap_or_else(PoisonError::into_inner) = name.to_owned();
         self.step(0, 1)
     }
 
-    /// `done` of `total` steps of the present stage are behind us. `Err` means: stop now.
+    /// `done` of `total` steps of this part are behind us. `Err` means: stop now.
     pub fn step(&self, done: usize, total: usize) -> Result<(), Cancelled> {
-        let fraction = done as f64 / total.max(1) as f64;
-        self.0.fraction_bits.store(fraction.to_bits(), Ordering::Relaxed);
-        if self.0.cancelled.load(Ordering::Relaxed) { Err(Cancelled) } else { Ok(()) }
+        let part = (done as f64 / total.max(1) as f64).min(1.0);
+        let fraction = (self.begin + self.share * part).clamp(0.0, 1.0);
+        self.work.fraction_bits.fetch_max(fraction.to_bits(), Ordering::Relaxed);
+        if self.work.cancelled.load(Ordering::Relaxed) { Err(Cancelled) } else { Ok(()) }
     }
 
-    /// Asks the computing side to stop at its next step.
+    /// Asks the computing side to stop at its next step, in whatever part.
     pub fn cancel(&self) {
-        self.0.cancelled.store(true, Ordering::Relaxed);
+        self.work.cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// The present stage's name and the fraction of it that is done, 0…1.
-    pub fn snapshot(&self) -> (String, f64) {
-        let stage = self.0.stage.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        (stage, f64::from_bits(self.0.fraction_bits.load(Ordering::Relaxed)))
+    /// How far the whole work is, seen from any of its parts.
+    pub fn snapshot(&self) -> ProgressSnapshot {
+        let stage = self.work.stage.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let fraction = f64::from_bits(self.work.fraction_bits.load(Ordering::Relaxed));
+        ProgressSnapshot { stage, fraction, remaining_s: remaining_s(self.work.started.elapsed(), fraction) }
     }
+}
+
+/// Seconds left when a fraction took so long.
+fn remaining_s(elapsed: Duration, fraction: f64) -> Option<f64> {
+    let tells = elapsed >= SOONEST && fraction >= LEAST_FRACTION;
+    tells.then(|| elapsed.as_secs_f64() * (1.0 - fraction) / fraction)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn fraction(progress: &Progress) -> f64 {
+        progress.snapshot().fraction
+    }
 
     #[test]
     fn a_clone_cancels_the_work() {
@@ -64,8 +135,57 @@ mod tests {
         let watcher = work.clone();
         work.stage("track").unwrap();
         work.step(1, 4).unwrap();
-        assert_eq!(watcher.snapshot(), ("track".to_owned(), 0.25));
+        let shown = watcher.snapshot();
+        assert_eq!((shown.stage.as_str(), shown.fraction), ("track", 0.25));
         watcher.cancel();
         assert_eq!(work.step(2, 4), Err(Cancelled));
+    }
+
+    #[test]
+    fn parts_fill_their_shares_of_one_bar() {
+        let work = Progress::new();
+        let [first, second] = work.split(&[1.0, 3.0]);
+        let [left, right] = second.split(&[2.0, 2.0]);
+        first.step(1, 2).unwrap();
+        assert_eq!(fraction(&work), 0.125);
+        left.stage("left").unwrap();
+        assert_eq!(fraction(&first), 0.25);
+        right.step(1, 1).unwrap();
+        assert_eq!(fraction(&work), 1.0);
+        assert_eq!(work.snapshot().stage, "left");
+    }
+
+    #[test]
+    fn the_bar_never_goes_back() {
+        let work = Progress::new();
+        let parts = work.split_evenly(4);
+        parts[2].step(1, 2).unwrap();
+        parts[1].stage("late").unwrap();
+        work.step(1, 10).unwrap();
+        assert_eq!(fraction(&work), 0.625);
+        parts[3].step(9, 3).unwrap();
+        assert_eq!(fraction(&work), 1.0);
+    }
+
+    #[test]
+    fn cancelling_one_part_stops_all() {
+        let work = Progress::new();
+        let [first, second] = work.split(&[1.0, 1.0]);
+        first.cancel();
+        assert_eq!(second.stage("second"), Err(Cancelled));
+    }
+
+    #[test]
+    fn parts_without_weight_take_nothing() {
+        let [first, second] = Progress::new().split(&[0.0, 0.0]);
+        first.step(1, 1).unwrap();
+        assert_eq!(fraction(&second), 0.0);
+    }
+
+    #[test]
+    fn the_time_left_is_told_once_the_work_tells() {
+        assert_eq!(remaining_s(Duration::from_secs(30), 0.75), Some(10.0));
+        assert_eq!(remaining_s(Duration::from_secs(30), 0.01), None);
+        assert_eq!(remaining_s(Duration::from_millis(20), 0.5), None);
     }
 }

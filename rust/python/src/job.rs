@@ -3,7 +3,7 @@
 use crate::reconstruction::Reconstruction;
 use crate::{FacewrightError, raise};
 use facewright::FacewrightError as CoreError;
-use geometry::Progress;
+use geometry::{Progress, ProgressSnapshot};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -45,8 +45,9 @@ impl Job {
 
 #[pymethods]
 impl Job {
-    fn progress(&self) -> (String, f64) {
-        self.progress.snapshot()
+    fn progress(&self) -> (String, f64, Option<f64>) {
+        let ProgressSnapshot { stage, fraction, remaining_s } = self.progress.snapshot();
+        (stage, fraction, remaining_s)
     }
 
     fn finished(&self) -> bool {

@@ -5,8 +5,9 @@
 use end_to_end::truth::Truth;
 use end_to_end::{assets, clip};
 use facewright::{
-    Assets, CalibrateOptions, FacewrightError, FrameSet, HeadMotion, KnownLength, MotionOptions, PointObservation,
-    PointTrack, Region, SourcedCamera, TrackClipOptions, Tracks, calibrate, solve_motion, track,
+    Assets, CalibrateOptions, FacewrightError, FrameSet, Given, HeadMotion, KnownLength, MotionOptions,
+    PointObservation, PointTrack, Region, SizeOptions, SourcedCamera, TrackClipOptions, Tracks, calibrate,
+    solve_motion, track,
 };
 use geometry::mesh::closest_barycentric;
 use geometry::{Progress, Similarity, Transform, Vec2, Vec3};
@@ -23,8 +24,8 @@ static FILM: LazyLock<Film> = LazyLock::new(|| {
     let (assets, progress) = (Assets::load(&assets().unwrap()).unwrap(), Progress::new());
     let camera = calibrated(&clip());
     let frames = FrameSet::open(&[clip().join("frames")], &progress).unwrap();
-    let options = TrackClipOptions { camera: Some(camera), ..TrackClipOptions::default() };
-    let tracks = track(&frames, &assets, &options, &progress).unwrap();
+    let given = Given { camera: Some(camera), ..Given::default() };
+    let tracks = track(&frames, &assets, &given, &TrackClipOptions::default(), &progress).unwrap();
     Film { truth: Truth::read(), camera, tracks }
 });
 
@@ -34,7 +35,12 @@ fn calibrated(folder: &Path) -> SourcedCamera {
 }
 
 fn solved(tracks: &Tracks) -> HeadMotion {
-    solve_motion(tracks, &MotionOptions::default(), &Progress::new()).unwrap()
+    sized(tracks, SizeOptions::default()).unwrap()
+}
+
+/// The motion with what is known of the head's size.
+fn sized(tracks: &Tracks, size: SizeOptions) -> Result<HeadMotion, FacewrightError> {
+    solve_motion(tracks, None, &MotionOptions { size }, &Progress::new())
 }
 
 /// Takes the solved head to the true one, as the cameras stand: the size by their places, then all by places and axes.
@@ -147,25 +153,26 @@ fn a_length_that_was_measured_sets_the_size() {
     let far = |p: &&&facewright::PointMotion| (p.position() - fixed[0].position()).norm();
     let other = fixed.iter().max_by(|a, b| far(a).total_cmp(&far(b))).unwrap();
     let length = 1.1 * far(&other);
-    let lengths = vec![KnownLength { from: fixed[0].id, to: other.id, length }];
-    let options = MotionOptions { lengths, ..MotionOptions::default() };
-    let sized = solve_motion(&FILM.tracks, &options, &Progress::new()).unwrap();
-    let (before, after) = (motion.frames[3].cam_from_head.unwrap(), sized.frames[3].cam_from_head.unwrap());
+    let known = |from: usize| SizeOptions {
+        lengths: vec![KnownLength { from, to: other.id, length }],
+        ..SizeOptions::default()
+    };
+    let larger = sized(&FILM.tracks, known(fixed[0].id)).unwrap();
+    let (before, after) = (motion.frames[3].cam_from_head.unwrap(), larger.frames[3].cam_from_head.unwrap());
     assert!((after.translation.z / before.translation.z - 1.1).abs() < 1e-6);
-    assert!(sized.scale.relative_sigma < 0.02 && sized.scale.source.contains("given as"), "{:?}", sized.scale);
-    let nowhere = vec![KnownLength { from: 100_000, to: other.id, length }];
-    let refused = solve_motion(&FILM.tracks, &MotionOptions { lengths: nowhere, ..options }, &Progress::new());
+    assert!(larger.scale.relative_sigma < 0.02 && larger.scale.source.contains("given as"), "{:?}", larger.scale);
+    let refused = sized(&FILM.tracks, known(100_000));
     assert!(refused.unwrap_err().to_string().contains("100000"));
 }
 
 #[test]
 fn pupils_that_were_measured_set_the_size() {
-    let options =
-        MotionOptions { interocular: Some(1.05 * FILM.tracks.interocular.unwrap()), ..MotionOptions::default() };
-    let (usual, sized) = (solved(&FILM.tracks), solve_motion(&FILM.tracks, &options, &Progress::new()).unwrap());
+    let interocular_mm = Some(1050.0 * FILM.tracks.interocular.unwrap());
+    let usual = solved(&FILM.tracks);
+    let larger = sized(&FILM.tracks, SizeOptions { interocular_mm, ..SizeOptions::default() }).unwrap();
     let depth = |motion: &HeadMotion| motion.frames[0].cam_from_head.unwrap().translation.z;
-    assert!((depth(&sized) / depth(&usual) - 1.05).abs() < 1e-6);
-    assert!(sized.scale.relative_sigma < usual.scale.relative_sigma);
+    assert!((depth(&larger) / depth(&usual) - 1.05).abs() < 1e-6);
+    assert!(larger.scale.relative_sigma < usual.scale.relative_sigma);
 }
 
 /// The film's tracks with the mouth and a few points of the cheeks talking: up to four pixels down and up again.
@@ -250,20 +257,19 @@ fn frozen(growth: f64) -> Tracks {
 
 #[test]
 fn a_still_head_a_zoom_and_a_film_without_a_face_get_their_sentences() {
-    let refused = |tracks: &Tracks| solve_motion(tracks, &MotionOptions::default(), &Progress::new()).unwrap_err();
+    let refused = |tracks: &Tracks| sized(tracks, SizeOptions::default()).unwrap_err();
     assert!(matches!(refused(&frozen(1.0)), FacewrightError::NoRotation { degrees } if degrees < 1.0));
     let zoom = refused(&frozen(1.6));
     assert!(matches!(zoom, FacewrightError::OnlyZoom { .. }) && zoom.to_string().contains("grows by 60 %"), "{zoom}");
     let mut nobody = FILM.tracks.clone();
     nobody.frames.iter_mut().for_each(|frame| frame.cam_from_head = None);
     assert!(matches!(refused(&nobody), FacewrightError::NoFace { .. }));
-    let options = MotionOptions { camera: Some(FILM.camera), ..MotionOptions::default() };
     let mut other = FILM.tracks.clone();
     other.camera.camera.width = 640;
-    let other = solve_motion(&other, &options, &Progress::new()).unwrap_err();
+    let other = solve_motion(&other, Some(&FILM.camera), &MotionOptions::default(), &Progress::new()).unwrap_err();
     assert!(matches!(other, FacewrightError::OtherCamera { .. }));
-    let options = MotionOptions { interocular: Some(0.62), ..MotionOptions::default() };
-    let centimetres = solve_motion(&FILM.tracks, &options, &Progress::new()).unwrap_err();
+    let tenfold = SizeOptions { interocular_mm: Some(620.0), ..SizeOptions::default() };
+    let centimetres = sized(&FILM.tracks, tenfold).unwrap_err();
     assert!(matches!(centimetres, FacewrightError::Option { .. }));
 }
 
@@ -276,7 +282,7 @@ fn tracks_that_fit_no_head_are_refused_with_what_the_frames_lack() {
             o.pixel.y += 25.0 * (2.9 * k as f64 + 1.3 * o.frame as f64).cos();
         }
     }
-    let refused = solve_motion(&tracks, &MotionOptions::default(), &Progress::new());
+    let refused = sized(&tracks, SizeOptions::default());
     assert!(matches!(refused, Err(FacewrightError::TooFewUsable { .. } | FacewrightError::Motion(_))), "{refused:?}");
 }
 
@@ -311,8 +317,8 @@ fn a_scanned_head_is_posed_with_a_board_and_without() {
     let (assets, progress) = (Assets::load(&assets().unwrap()).unwrap(), Progress::new());
     let frames = FrameSet::open(&[folder.join("frames")], &progress).unwrap();
     for camera in [Some(calibrated(&folder)), None] {
-        let options = TrackClipOptions { camera, ..TrackClipOptions::default() };
-        let motion = solved(&track(&frames, &assets, &options, &progress).unwrap());
+        let given = Given { camera, ..Given::default() };
+        let motion = solved(&track(&frames, &assets, &given, &TrackClipOptions::default(), &progress).unwrap());
         let (turn, shift) = pose_errors(&motion, &truth);
         let (focal, sigma) = (motion.camera.camera.fx, motion.focal_sigma_px);
         let said = format!(

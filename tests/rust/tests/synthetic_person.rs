@@ -4,7 +4,7 @@
 
 use end_to_end::{assets, clip};
 use facewright::{
-    Assets, CalibrateOptions, FrameReport, FrameSet, ReconstructOptions, Reconstruction, Report, SourcedCamera,
+    Assets, CalibrateOptions, FrameReport, FrameSet, Given, ReconstructOptions, Reconstruction, Report, SourcedCamera,
     calibrate, reconstruct,
 };
 use geometry::{Progress, Similarity, Transform, Vec3, mesh};
@@ -52,8 +52,9 @@ fn run(assets: &Assets, camera: SourcedCamera) -> Reconstruction {
 fn run_on(folder: &Path, assets: &Assets, camera: SourcedCamera) -> Reconstruction {
     let progress = Progress::new();
     let frames = FrameSet::open(&[folder.to_owned()], &progress).unwrap();
-    let options = ReconstructOptions { camera: Some(camera), texture_size: 512, ..ReconstructOptions::default() };
-    reconstruct(&frames, assets, &options, &progress).unwrap()
+    let given = Given { camera: Some(camera), ..Given::default() };
+    let options = ReconstructOptions { texture_size: 512, ..ReconstructOptions::default() };
+    reconstruct(&frames, assets, &given, &options, &progress).unwrap()
 }
 
 fn camera_from_boards() -> SourcedCamera {

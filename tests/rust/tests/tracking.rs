@@ -5,8 +5,8 @@
 use end_to_end::truth::Truth;
 use end_to_end::{assets, clip};
 use facewright::{
-    Assets, CalibrateOptions, FrameSet, MatchOptions, Method, ReconstructOptions, Region, SourcedCamera,
-    TrackClipOptions, Tracks, calibrate, match_pair, reconstruct, track,
+    Assets, CalibrateOptions, FacewrightError, FrameSet, Given, MatchOptions, Method, ReconstructOptions, Region,
+    SourcedCamera, TrackClipOptions, Tracks, calibrate, match_pair, reconstruct, track,
 };
 use geometry::{Progress, Vec2};
 use std::path::PathBuf;
@@ -26,12 +26,19 @@ static FILM: LazyLock<Film> = LazyLock::new(|| {
     let boards = FrameSet::open(&[clip().join("board")], &progress).unwrap();
     let camera = calibrate(&boards, &CalibrateOptions::default(), &progress).unwrap().camera;
     let frames = FrameSet::open(&[clip().join("frames")], &progress).unwrap();
-    let tracks = track(&frames, &assets, &options(camera), &progress).unwrap();
+    let given = Given { camera: Some(camera), ..Given::default() };
+    let tracks = track(&frames, &assets, &given, &options(), &progress).unwrap();
     Film { assets, truth: Truth::read(), camera, frames, tracks }
 });
 
-fn options(camera: SourcedCamera) -> TrackClipOptions {
-    TrackClipOptions { camera: Some(camera), points: 120, ..TrackClipOptions::default() }
+fn options() -> TrackClipOptions {
+    TrackClipOptions { points: 120, ..TrackClipOptions::default() }
+}
+
+/// Tracks of frames of the film by its camera.
+fn tracked(frames: &FrameSet, options: &TrackClipOptions) -> Result<Tracks, FacewrightError> {
+    let given = Given { camera: Some(FILM.camera), ..Given::default() };
+    track(frames, &FILM.assets, &given, options, &Progress::new())
 }
 
 fn frame(index: usize) -> PathBuf {
@@ -105,14 +112,14 @@ fn tracks_stay_on_their_point_through_the_whole_turn() {
 #[test]
 fn one_thread_and_two_give_the_same_tracks() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let alone = pool.install(|| track(&FILM.frames, &FILM.assets, &options(FILM.camera), &Progress::new()).unwrap());
+    let alone = pool.install(|| tracked(&FILM.frames, &options()).unwrap());
     assert_eq!(serde_json::to_string(&alone).unwrap(), serde_json::to_string(&FILM.tracks).unwrap());
 }
 
 #[test]
 fn the_papers_tracker_follows_the_film_too() {
-    let options = TrackClipOptions { method: Method::Paper, points: 66, ..options(FILM.camera) };
-    let tracks = track(&FILM.frames, &FILM.assets, &options, &Progress::new()).unwrap();
+    let options = TrackClipOptions { method: Method::Paper, points: 66, ..options() };
+    let tracks = tracked(&FILM.frames, &options).unwrap();
     assert!(tracks.tracks.len() > 30, "{}", tracks.tracks.len());
     assert!(tracks.tracks.iter().all(|t| t.reference == tracks.tracks[0].reference));
 }
@@ -125,35 +132,32 @@ fn a_face_that_leaves_ends_its_tracks_with_a_reason() {
     image::RgbImage::from_pixel(FILM.frames.width, FILM.frames.height, image::Rgb([90; 3])).save(&empty).unwrap();
     inputs.push(empty);
     let frames = FrameSet::open(&inputs, &Progress::new()).unwrap();
-    let tracks = track(&frames, &FILM.assets, &options(FILM.camera), &Progress::new()).unwrap();
+    let tracks = tracked(&frames, &options()).unwrap();
     assert_eq!((tracks.frames[6].used, tracks.frames[6].reason.as_str()), (false, "no face"));
     assert!(tracks.tracks.iter().all(|t| t.gaps.last().is_some_and(|gap| gap.last == 6 && gap.reason == "no face")));
 }
 
 #[test]
 fn a_head_is_reconstructed_from_given_tracks_and_not_from_those_of_another_clip() {
-    let given = |tracks: Tracks| ReconstructOptions {
-        camera: Some(FILM.camera),
-        texture_size: 256,
-        tracks: Some(tracks),
-        ..ReconstructOptions::default()
+    let options = ReconstructOptions { texture_size: 256, ..ReconstructOptions::default() };
+    let by = |tracks: Tracks| {
+        let given = Given { camera: Some(FILM.camera), tracks: Some(tracks), ..Given::default() };
+        reconstruct(&FILM.frames, &FILM.assets, &given, &options, &Progress::new())
     };
-    let made = reconstruct(&FILM.frames, &FILM.assets, &given(FILM.tracks.clone()), &Progress::new()).unwrap();
+    let made = by(FILM.tracks.clone()).unwrap();
     assert!(made.report.points >= 60, "{} points", made.report.points);
     assert!(made.report.warnings.iter().all(|w| !w.contains("landmarks alone")), "{:?}", made.report.warnings);
     let mut other = FILM.tracks.clone();
     other.frames.swap(0, 1);
-    let refused = reconstruct(&FILM.frames, &FILM.assets, &given(other), &Progress::new());
+    let refused = by(other);
     assert!(refused.err().unwrap().to_string().starts_with("these are no tracks of this clip"));
 }
 
 #[test]
 fn options_that_cannot_be_are_refused_before_the_work() {
-    let refused = |options: TrackClipOptions| {
-        track(&FILM.frames, &FILM.assets, &options, &Progress::new()).unwrap_err().to_string()
-    };
-    assert!(refused(TrackClipOptions { window: Some(8), ..options(FILM.camera) }).contains("odd number"));
-    assert!(refused(TrackClipOptions { points: 1, ..options(FILM.camera) }).contains("8 to 5000"));
-    let nowhere = TrackClipOptions { from: Some("elsewhere".to_owned()), ..options(FILM.camera) };
+    let refused = |options: TrackClipOptions| tracked(&FILM.frames, &options).unwrap_err().to_string();
+    assert!(refused(TrackClipOptions { window: Some(8), ..options() }).contains("odd number"));
+    assert!(refused(TrackClipOptions { points: 1, ..options() }).contains("8 to 5000"));
+    let nowhere = TrackClipOptions { from: Some("elsewhere".to_owned()), ..options() };
     assert!(refused(nowhere).contains("no frame elsewhere"));
 }

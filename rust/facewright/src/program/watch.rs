@@ -1,7 +1,7 @@
 //! Progress on standard error, and Ctrl-C.
 
 use geometry::Progress;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
@@ -44,14 +44,19 @@ impl Watch {
 fn show(progress: &Progress, done: &AtomicBool, visible: bool) {
     let target = if visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
     let bar = ProgressBar::with_draw_target(Some(1000), target);
-    if let Ok(style) = ProgressStyle::with_template("{elapsed:>4} {msg:<12} {bar:40}") {
+    if let Ok(style) = ProgressStyle::with_template("{elapsed:>4} {prefix:<12} {bar:40} {msg}") {
         bar.set_style(style);
     }
     while !done.load(Ordering::Relaxed) {
-        let (stage, fraction) = progress.snapshot();
-        bar.set_message(stage);
-        bar.set_position((fraction * 1000.0) as u64);
+        let shown = progress.snapshot();
+        bar.set_prefix(shown.stage);
+        bar.set_message(shown.remaining_s.map_or(String::new(), time_left));
+        bar.set_position((shown.fraction * 1000.0) as u64);
         std::thread::sleep(Duration::from_millis(50));
     }
     bar.finish_and_clear();
+}
+
+fn time_left(seconds: f64) -> String {
+    format!("{} left", HumanDuration(Duration::from_secs(seconds.ceil() as u64)))
 }

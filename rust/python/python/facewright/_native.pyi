@@ -15,8 +15,11 @@ class Cancelled(FacewrightError):
 class Job(Generic[T]):
     """Work on a thread of its own. Dropping the job cancels it."""
 
-    def progress(self) -> tuple[str, float]:
-        """Name of the present stage, and the part of it that is done, 0 to 1."""
+    def progress(self) -> tuple[str, float, float | None]:
+        """Name of the present stage, the part of the whole work that is done, 0 to 1, and seconds left.
+
+        The part never falls; the seconds are None as long as the work so far tells nothing of them.
+        """
 
     def finished(self) -> bool:
         """Whether :meth:`result` returns at once."""
