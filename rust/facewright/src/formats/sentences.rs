@@ -77,19 +77,33 @@ pub(super) fn sentence(whole: &Value, path: &Path, message: &str) -> String {
         let verb = if message.starts_with("is ") { " " } else { ": " };
         return format!("{subject}{verb}{message}");
     };
-    let wanted = match wanted {
-        "f64" | "f32" => "a number".to_owned(),
-        "usize" | "u64" | "u32" => "a whole number from 0 on".to_owned(),
-        other => bare(other),
-    };
+    let wanted = wanted_words(wanted);
     if let Some(length) = found.strip_prefix("invalid length ") {
-        return format!("{subject} has {length} values, not as many as {wanted}");
+        return format!("{subject} has {length} values, not {}", wanted.trim_end_matches(" values"));
     }
     let found = ["invalid type: ", "invalid value: ", "unknown variant "]
         .iter()
         .find_map(|kind| found.strip_prefix(kind))
         .unwrap_or(found);
-    format!("{subject} is {}, not {wanted}", bare(found))
+    let found = match found {
+        "map" => "an object".to_owned(),
+        "sequence" => "a list".to_owned(),
+        other => bare(other),
+    };
+    format!("{subject} is {found}, not {wanted}")
+}
+
+/// What serde expected, in words.
+fn wanted_words(wanted: &str) -> String {
+    let values = ["a tuple of size ", "an array of length "].iter().find_map(|kind| wanted.strip_prefix(kind));
+    match wanted {
+        _ if values.is_some() => format!("{} values", values.unwrap_or_default()),
+        "f64" | "f32" => "a number".to_owned(),
+        "usize" | "u64" | "u32" => "a whole number from 0 on".to_owned(),
+        "a sequence" => "a list".to_owned(),
+        other if other.starts_with("struct ") => "an object".to_owned(),
+        other => bare(other),
+    }
 }
 
 fn bare(text: &str) -> String {
