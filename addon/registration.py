@@ -20,6 +20,7 @@ from .calibrate.panel import (
     FACEWRIGHT_PT_board,
     FACEWRIGHT_PT_calibrated_scene,
     FACEWRIGHT_PT_camera,
+    FACEWRIGHT_PT_lens,
     FACEWRIGHT_PT_pictures,
     FACEWRIGHT_UL_board_pictures,
     draw_clip_menu,
@@ -48,6 +49,17 @@ from .reconstruct.panel import (
     draw_menu,
 )
 from .reconstruct.properties import FacewrightClip
+from .rig.operators import (
+    FACEWRIGHT_OT_add_rig_folder,
+    FACEWRIGHT_OT_calibrate_rig,
+    FACEWRIGHT_OT_choose_rig_camera,
+    FACEWRIGHT_OT_forget_rig,
+    FACEWRIGHT_OT_open_rig,
+    FACEWRIGHT_OT_remove_rig_folder,
+    FACEWRIGHT_OT_save_rig,
+)
+from .rig.panel import FACEWRIGHT_PT_rig
+from .rig.properties import FacewrightRig, FacewrightRigFolder
 from .track.operators import (
     FACEWRIGHT_OT_open_tracks,
     FACEWRIGHT_OT_remove_tracks,
@@ -65,6 +77,8 @@ from .track.properties import FacewrightTrack
 CLASSES: tuple[type, ...] = (
     FacewrightBoardPicture,
     FacewrightCamera,
+    FacewrightRigFolder,
+    FacewrightRig,
     FacewrightClip,
     FacewrightTrack,
     FacewrightMotion,
@@ -78,6 +92,13 @@ CLASSES: tuple[type, ...] = (
     FACEWRIGHT_OT_remove_boards,
     FACEWRIGHT_OT_set_scene_camera,
     FACEWRIGHT_OT_set_clip_lens,
+    FACEWRIGHT_OT_add_rig_folder,
+    FACEWRIGHT_OT_remove_rig_folder,
+    FACEWRIGHT_OT_calibrate_rig,
+    FACEWRIGHT_OT_open_rig,
+    FACEWRIGHT_OT_save_rig,
+    FACEWRIGHT_OT_forget_rig,
+    FACEWRIGHT_OT_choose_rig_camera,
     FACEWRIGHT_OT_reconstruct,
     FACEWRIGHT_OT_expression,
     FACEWRIGHT_OT_track,
@@ -95,6 +116,8 @@ CLASSES: tuple[type, ...] = (
     FACEWRIGHT_PT_board,
     FACEWRIGHT_PT_pictures,
     FACEWRIGHT_PT_calibrated_scene,
+    FACEWRIGHT_PT_lens,
+    FACEWRIGHT_PT_rig,
     FACEWRIGHT_PT_clip,
     FACEWRIGHT_PT_advanced,
     FACEWRIGHT_PT_report,
@@ -111,6 +134,7 @@ def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.Scene.facewright_camera = bpy.props.PointerProperty(type=FacewrightCamera)
+    bpy.types.Scene.facewright_rig = bpy.props.PointerProperty(type=FacewrightRig)
     bpy.types.Scene.facewright_clip = bpy.props.PointerProperty(type=FacewrightClip)
     bpy.types.Scene.facewright_track = bpy.props.PointerProperty(type=FacewrightTrack)
     bpy.types.Scene.facewright_motion = bpy.props.PointerProperty(type=FacewrightMotion)
@@ -132,6 +156,7 @@ def unregister() -> None:
     del bpy.types.Scene.facewright_motion
     del bpy.types.Scene.facewright_track
     del bpy.types.Scene.facewright_clip
+    del bpy.types.Scene.facewright_rig
     del bpy.types.Scene.facewright_camera
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

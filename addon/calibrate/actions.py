@@ -1,16 +1,15 @@
 """What the camera's buttons do."""
 
-import json
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..engine import FacewrightError, Page, calibrate, save_calibration_picture
+from ..engine import Bend, Camera, FacewrightError, Page, calibrate, save_calibration_picture
 from ..engine import save_board as _save_board
-from ..engine.calibration import Calibration, parse
-from ..engine.files import write_text
+from ..engine.calibration import Number, parse, pictures
+from ..engine.calibration import numbers as shown_numbers
 from ..jobs import Work, watch
 from ..scene import boards as scene_boards
 from ..scene import video
@@ -43,7 +42,29 @@ class BoardSettings:
         return {"squares": size, "gap_mm": self.gap_mm, "square_mm": self.square_mm}
 
 
-def calibrated(pictures: list[str], board: BoardSettings, picture: str | None = None) -> Work[str]:
+@dataclass(frozen=True)
+class LensSettings:
+    """What to solve for: radial terms, the tangential ones, one focal length for both directions, a bent board."""
+
+    distortion_terms: int = 2
+    tangential: bool = False
+    square_pixels: bool = False
+    bend: Bend = "judged"
+
+    @classmethod
+    def of(cls, settings: Any) -> "LensSettings":
+        """What the panel says."""
+        return cls(settings.distortion_terms, settings.tangential, settings.square_pixels, settings.bend)
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """As the library's keywords."""
+        return asdict(self)
+
+
+def calibrated(
+    pictures: list[str], board: BoardSettings, picture: str | None = None, lens: LensSettings | None = None
+) -> Work[str]:
     """Calibrate from image files, a folder of them or one video; the result is the text of a camera.json.
 
     It is also drawn into `picture`.
@@ -55,16 +76,16 @@ def calibrated(pictures: list[str], board: BoardSettings, picture: str | None = 
         raise FacewrightError(f"{missing[0]} does not exist: choose the pictures again")
     if len(pictures) > 1 and any(video.is_video(path) for path in pictures):
         raise FacewrightError("choose one video alone, or pictures without videos")
-    return _calibrated(pictures, board, picture)
+    return _calibrated(pictures, board.arguments | (lens or LensSettings()).arguments, picture)
 
 
-def _calibrated(pictures: list[str], board: BoardSettings, picture: str | None) -> Work[str]:
+def _calibrated(pictures: list[str], options: dict[str, Any], picture: str | None) -> Work[str]:
     folder = None
     try:
         if video.is_video(pictures[0]):
             folder = yield from video.decode(pictures[0], spread(pictures[0]))
             pictures = [folder.name]
-        return (yield from watch(calibrate(pictures, **board.arguments, picture=picture)))
+        return (yield from watch(calibrate(pictures, **options, picture=picture))).to_json()
     finally:
         if folder is not None:
             folder.cleanup()
@@ -80,17 +101,12 @@ def spread(path: str) -> list[int]:
 
 def read_camera(path: str) -> str:
     """The text of a camera file, checked."""
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-        parse(text)
-    except (OSError, ValueError, FacewrightError) as error:
-        raise FacewrightError(f"{path} is no camera file: {error}") from error
-    return text
+    return Camera.read(path).to_json()
 
 
 def save_camera(path: str, text: str) -> None:
     """Write a camera.json, whole or not at all."""
-    write_text(path, json.dumps(json.loads(text), indent=2, ensure_ascii=False) + "\n")
+    parse(text).write(path)
 
 
 def save_picture(path: str, text: str) -> None:
@@ -103,8 +119,8 @@ def save_board(path: str, board: BoardSettings, page: Page) -> None:
     _save_board(path, page=page, **board.arguments)
 
 
-def known(text: str) -> Calibration | None:
-    """The calibration that a scene holds; None without one, or with text that is none."""
+def known(text: str) -> Camera | None:
+    """The camera that a scene holds; None without one, or with text that is none."""
     try:
         return parse(text) if text else None
     except FacewrightError:
@@ -113,37 +129,41 @@ def known(text: str) -> Calibration | None:
 
 def summary(text: str) -> list[str]:
     """A camera in two lines; empty without one."""
-    calibration = known(text)
-    if calibration is None:
+    camera = known(text)
+    if camera is None:
         return []
-    camera = calibration.camera
     lines = [f"{camera.width} × {camera.height}, focal {camera.fx:.1f} px"]
-    if calibration.rms is not None:
-        pictures = calibration.pictures
-        found, used = sum(p.found for p in pictures), sum(p.used for p in pictures)
+    if camera.rms_px is not None:
+        images = camera.images
+        found, used = sum(image.found for image in images), sum(image.used for image in images)
         some = f", {used} used" if used < found else ""
-        lines.append(f"{found} of {len(pictures)} boards{some}, error {calibration.rms:.3f} px")
+        lines.append(f"{found} of {len(images)} boards{some}, error {camera.rms_px:.3f} px")
     return lines
+
+
+def numbers(text: str) -> list[Number]:
+    """The camera's numbers with their standard deviations; empty without a camera."""
+    camera = known(text)
+    return shown_numbers(camera) if camera else []
 
 
 def warnings(text: str) -> list[str]:
     """What to photograph next, and what to distrust."""
-    calibration = known(text)
-    return calibration.warnings if calibration else []
+    camera = known(text)
+    return camera.warnings if camera else []
 
 
 def fill_table(settings: Any) -> None:
     """Make the table of pictures anew from the camera's text."""
     settings.pictures.clear()
-    calibration = known(settings.text)
-    if calibration is None:
+    camera = known(settings.text)
+    if camera is None:
         return
-    for picture in calibration.pictures:
-        row = settings.pictures.add()
-        row.name, row.found, row.used = picture.name, picture.found, picture.used
-        row.rms, row.worst, row.hold_out = picture.rms or 0.0, picture.worst or 0.0, picture.hold_out or 0.0
-        row.bad = calibration.is_bad(picture)
-        row.reason = picture.reason or calibration.complaint(picture)
+    for picture in pictures(camera):
+        row, image = settings.pictures.add(), picture.image
+        row.name, row.found, row.used = picture.name, image.found, image.used
+        row.rms, row.worst, row.hold_out = image.rms_px or 0.0, image.worst_px or 0.0, image.hold_out_rms_px or 0.0
+        row.bad, row.reason = picture.is_bad, image.reason or picture.complaint
     if settings.active >= len(settings.pictures):
         settings.active = 0
 
@@ -157,9 +177,9 @@ def set_camera(scene: Any, text: str) -> None:
 
 def show_boards(scene: Any) -> None:
     """Put the scene's camera and its boards into it, or bring them up to date."""
-    calibration = known(scene.facewright_camera.text)
-    if calibration is not None:
-        scene_boards.place(scene, calibration, scene.facewright_camera.wire)
+    camera = known(scene.facewright_camera.text)
+    if camera is not None:
+        scene_boards.place(scene, camera, scene.facewright_camera.wire)
 
 
 def select_board(settings: Any, context: Any) -> None:

@@ -50,8 +50,9 @@ class FACEWRIGHT_OT_calibrate(WorkOperator, bpy.types.Operator):
         return {"CANCELLED"}
 
     def start(self, context: bpy.types.Context) -> Work[str]:
-        board = actions.BoardSettings.of(context.scene.facewright_camera)
-        return actions.calibrated(self._pictures(), board)
+        settings = context.scene.facewright_camera
+        board, lens = actions.BoardSettings.of(settings), actions.LensSettings.of(settings)
+        return actions.calibrated(self._pictures(), board, lens=lens)
 
     def finish(self, context: bpy.types.Context, result: str) -> str:
         actions.set_camera(context.scene, result)
@@ -202,10 +203,10 @@ class FACEWRIGHT_OT_set_scene_camera(bpy.types.Operator):
         return in_object_mode(cls, context) and has_camera(cls, context)
 
     def execute(self, context: bpy.types.Context) -> Result:
-        calibration = actions.known(context.scene.facewright_camera.text)
-        assert calibration is not None, "poll has seen it"
+        camera = actions.known(context.scene.facewright_camera.text)
+        assert camera is not None, "poll has seen it"
         like = scene_boards.camera(context.scene)
-        obj = scene_camera.set_scene_camera(context.scene, calibration.camera, like)
+        obj = scene_camera.set_scene_camera(context.scene, camera, like)
         self.report({"INFO"}, f"{obj.name} has {obj.data.lens:.2f} mm")
         return {"FINISHED"}
 
@@ -230,18 +231,18 @@ class FACEWRIGHT_OT_set_clip_lens(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> Result:
         settings = context.scene.facewright_camera
-        calibration = actions.known(settings.text)
+        camera = actions.known(settings.text)
         clip = bpy.data.movieclips.get(self.clip) if self.clip else settings.clip
-        assert calibration is not None, "poll has seen it"
+        assert camera is not None, "poll has seen it"
         if clip is None:
             self.report({"ERROR"}, "choose the movie clip that this camera filmed")
             return {"CANCELLED"}
         try:
-            scene_camera.set_clip_lens(clip, calibration.camera)
+            scene_camera.set_clip_lens(clip, camera)
         except FacewrightError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        if scene_camera.has_square_pixels(calibration.camera):
+        if scene_camera.has_square_pixels(camera):
             self.report({"INFO"}, f"{clip.name} has {clip.tracking.camera.focal_length_pixels:.1f} px")
         else:
             sentence = "its pixels are not square: Blender solves with that, but undistorts as if they were"

@@ -112,9 +112,8 @@ class FACEWRIGHT_PT_pictures(Child, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, settings = self.layout, context.scene.facewright_camera
-        calibration = actions.known(settings.text)
         column = layout.column(align=True)
-        for number in calibration.numbers if calibration else []:
+        for number in actions.numbers(settings.text):
             split = column.split(factor=NAMES)
             split.label(text=number.name)
             split.label(text=str(number))
@@ -152,6 +151,19 @@ class FACEWRIGHT_PT_calibrated_scene(Child, bpy.types.Panel):
         column = layout.column(align=True)
         column.template_ID(settings, "clip", open="clip.open")
         column.operator(FACEWRIGHT_OT_set_clip_lens.bl_idname, icon="TRACKER")
+
+
+class FACEWRIGHT_PT_lens(Child, bpy.types.Panel):
+    bl_label = "Advanced"
+    bl_order = 3
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, settings = self.layout, context.scene.facewright_camera
+        layout.use_property_split, layout.use_property_decorate = True, False
+        layout.prop(settings, "distortion_terms")
+        layout.prop(settings, "tangential")
+        layout.prop(settings, "square_pixels")
+        layout.prop(settings, "bend")
 
 
 def draw_cells(layout: bpy.types.UILayout, texts: list[str]) -> None:

@@ -87,3 +87,26 @@ class FacewrightCamera(bpy.types.PropertyGroup):
         ],
         default="A4",
     )
+    distortion_terms: bpy.props.IntProperty(
+        name="Radial Terms",
+        description="Of the distortion: k1, k2, k3. The paper has two",
+        default=2,
+        min=0,
+        max=3,
+    )
+    tangential: bpy.props.BoolProperty(
+        name="Tangential", description="Solve for a lens that leans, p1 and p2, too", default=False
+    )
+    square_pixels: bpy.props.BoolProperty(
+        name="Square Pixels", description="One focal length for both directions", default=False
+    )
+    bend: bpy.props.EnumProperty(
+        name="Bent Board",
+        description="When to solve for a board that is not flat; several cameras' only always",
+        items=[
+            ("never", "Never", "The board is taken to be flat; a clear bend is warned of"),
+            ("judged", "Where It Helps", "Where that predicts each picture better that was left out"),
+            ("always", "Always", "In any case"),
+        ],
+        default="judged",
+    )

@@ -3,10 +3,11 @@
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
-from facewright import Cancelled, FacewrightError, Job, Reconstruction
+from facewright import Camera, Cancelled, FacewrightError, Job, Motion, Reconstruction, Report, Rig, Tracks
 from facewright import calibrate as _calibrate
+from facewright import calibrate_rig as _calibrate_rig
 from facewright import check_folder as check_folder
 from facewright import generic_head as _generic_head
 from facewright import motion as _motion
@@ -16,12 +17,18 @@ from facewright import save_calibration_picture as save_calibration_picture
 from facewright import track as _track
 
 __all__ = [
+    "Camera",
     "Cancelled",
     "FacewrightError",
     "Job",
+    "Motion",
     "Reconstruction",
+    "Report",
+    "Rig",
+    "Tracks",
     "assets_folder",
     "calibrate",
+    "calibrate_rig",
     "check_folder",
     "generic_head",
     "reconstruct",
@@ -33,6 +40,7 @@ __all__ = [
 
 Method = Literal["default", "paper"]
 Page = Literal["A4", "A3", "Letter"]
+Bend = Literal["never", "judged", "always"]
 
 
 def assets_folder() -> str:
@@ -71,40 +79,36 @@ def track(
     method: Method,
     points: int,
     window: int | None,
-) -> Job[str]:
-    """Start to track a face in image files; `camera` is the text of a camera.json, the result that of a tracks.json."""
+) -> Job[Tracks]:
+    """Start to track a face in image files; `camera` is the text of a camera.json."""
     return _track(list(frames), assets=assets_folder(), camera=camera, method=method, points=points, window=window)
 
 
 def solve_motion(
-    tracks: str,
+    tracks: Tracks | str,
     *,
     camera: str | None,
     interocular_mm: float | None,
     lengths: Sequence[tuple[int, int, float]] = (),
-) -> Job[str]:
-    """Start to find the motion of a head from the text of a tracks.json; the result is the text of a motion.json.
+) -> Job[Motion]:
+    """Start to find the motion of a head from its tracks.
 
     `camera` is the text of a camera.json, `lengths` are distances that were measured: two tracks and millimetres.
     """
     return _motion(tracks, camera=camera, interocular_mm=interocular_mm, lengths=list(lengths))
 
 
-def calibrate(
-    pictures: Sequence[str],
-    *,
-    inner: tuple[int, int] = (9, 6),
-    squares: tuple[int, int] | None = None,
-    gap_mm: float | None = None,
-    square_mm: float,
-    picture: str | None = None,
-) -> Job[str]:
-    """Start to calibrate a camera from board pictures; the result is the text of a camera.json.
+def calibrate(pictures: Sequence[str], *, picture: str | None = None, **options: Any) -> Job[Camera]:
+    """Start to calibrate a camera from board pictures; the result is also drawn into `picture`.
 
-    The board has `inner` corners, or separate `squares`. The result is also drawn into `picture`.
+    The board has `inner` corners or separate `squares`, and `square_mm`; further options are those of the lens.
     """
-    board = {"inner": inner, "squares": squares, "gap_mm": gap_mm, "square_mm": square_mm}
-    return _calibrate(list(pictures), **board, picture=picture)
+    return _calibrate(list(pictures), picture=picture, **options)
+
+
+def calibrate_rig(cameras: Sequence[tuple[str, Sequence[str]]], **options: Any) -> Job[Rig]:
+    """Start to calibrate cameras, each with its name and board pictures, and where they stand; options as above."""
+    return _calibrate_rig([(name, list(pictures)) for name, pictures in cameras], **options)
 
 
 def generic_head() -> Reconstruction:

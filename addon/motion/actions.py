@@ -1,14 +1,11 @@
 """What the motion's buttons do."""
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-from ..engine import FacewrightError, solve_motion
+from ..engine import FacewrightError, Motion, Tracks, solve_motion
 from ..engine.calibration import parse as parse_camera
-from ..engine.files import write_text
-from ..engine.motion import Frame, Motion, parse
-from ..engine.tracks import to_text
+from ..engine.motion import MotionFrame, parse
 from ..jobs import Work, watch
 from ..scene import camera as scene_camera
 from ..scene import face_tracks, footage, motion_cloud, motion_lens, motion_record, motion_rig, track_reading
@@ -38,18 +35,16 @@ class Settings:
         )
 
 
-def solved(clip: Any, settings: Settings) -> Work[str]:
-    """Find the motion from a clip's tracks as they are now; the result is the text of a motion.json."""
+def solved(clip: Any, settings: Settings) -> Work[Motion]:
+    """Find the motion from a clip's tracks as they are now."""
     if settings.camera:
-        complaint = scene_camera.complaint(
-            parse_camera(settings.camera).camera, clip.name, (clip.size[0], clip.size[1])
-        )
+        complaint = scene_camera.complaint(parse_camera(settings.camera), clip.name, (clip.size[0], clip.size[1]))
         if complaint:
             raise FacewrightError(complaint)
     check(clip)
     tracks, named = track_reading.collect_named(clip)
     lengths = [_length(settings.length, named, clip)] if settings.length else []
-    return solved_text(to_text(tracks), settings, lengths)
+    return solved_text(tracks, settings, lengths)
 
 
 def check(clip: Any) -> None:
@@ -58,8 +53,8 @@ def check(clip: Any) -> None:
     footage.of_clip(clip)
 
 
-def solved_text(tracks: str, settings: Settings, lengths: list[tuple[int, int, float]]) -> Work[str]:
-    """The same from the text of a tracks.json; `lengths` name tracks by their numbers."""
+def solved_text(tracks: Tracks, settings: Settings, lengths: list[tuple[int, int, float]]) -> Work[Motion]:
+    """The same from tracks; `lengths` name them by their numbers."""
     job = solve_motion(tracks, camera=settings.camera, interocular_mm=settings.interocular_mm, lengths=lengths)
     return watch(job)
 
@@ -86,13 +81,13 @@ def selected_length(clip: Any, settings: Any) -> str:
     return f"The length goes from {names[0]} to {names[1]}"
 
 
-def place(scene: Any, clip: Any, text: str) -> str:
-    """Show the text of a motion.json of a clip as objects; the message says what is there."""
-    motion, source = parse(text), footage.of_clip(clip)
+def place(scene: Any, clip: Any, motion: Motion) -> str:
+    """Show a motion of a clip as objects; the message says what is there."""
+    source = footage.of_clip(clip)
     numbers = source.clip_frames([frame.name for frame in motion.frames], motion.size, "the poses")
     face_tracks.check_local(clip)
     home = motion_record.ensured(scene)
-    motion_record.store(home, text, clip, numbers)
+    motion_record.store(home, motion.to_json(), clip, numbers)
     head = motion_rig.place(scene, home, motion, shown(scene))
     motion_cloud.place(scene, home, motion.points, head)
     motion_rig.set_scene(scene, home)
@@ -127,19 +122,14 @@ def known(scene: Any) -> Motion | None:
 
 def save(path: str, scene: Any) -> str:
     """Write the motion.json of a scene; gives the message."""
-    text = motion_record.text(scene)
-    write_text(path, text)
-    return f"{path} saved with {len(parse(text).posed)} poses"
+    motion = parse(motion_record.text(scene))
+    motion.write(path)
+    return f"{path} saved with {len(motion.posed)} poses"
 
 
 def open_file(path: str, scene: Any, clip: Any) -> str:
     """Show the motion of a file; gives the message."""
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-        parse(text)
-    except (OSError, ValueError, FacewrightError) as error:
-        raise FacewrightError(f"{path} is no motion file: {error}") from error
-    return place(scene, clip, text)
+    return place(scene, clip, Motion.read(path))
 
 
 def remove(scene: Any) -> None:
@@ -162,19 +152,20 @@ def look_through(scene: Any) -> str:
 def headline(motion: Motion) -> str:
     """A motion in a line."""
     return (
-        f"{len(motion.posed)} of {len(motion.frames)} frames, {len(motion.points)} points, error {motion.rms_px:.2f} px"
+        f"{len(motion.posed)} of {len(motion.frames)} frames, {len(motion.points)} points, "
+        f"error {motion.reprojection_rms_px:.2f} px"
     )
 
 
 def summary(motion: Motion) -> list[str]:
     """A motion in a few lines: how many frames, how well, which focal length, whose scale, how smooth."""
-    moving = sum(point.moves for point in motion.points)
+    moving = int(motion.points.moves.sum())
     still = f"{len(motion.points) - moving} points" + (f", {moving} that move" if moving else "")
     sigma = motion.focal_sigma_px
     focal = f" ± {sigma:.1f} px" if sigma is not None else " px, as given"
     return [
         f"{len(motion.posed)} of {len(motion.frames)} frames posed",
-        f"{still}, error {motion.rms_px:.2f} px",
+        f"{still}, error {motion.reprojection_rms_px:.2f} px",
         f"Focal {motion.camera.fx:.1f}{focal}",
         f"Scale: {motion.scale.source} ± {100.0 * motion.scale.relative_sigma:.1f} %",
         f"Shake {motion.roughness.rotation_deg:.2f}°, {motion.roughness.translation_mm:.2f} mm",
@@ -183,17 +174,19 @@ def summary(motion: Motion) -> list[str]:
 
 def complaints(motion: Motion) -> list[str]:
     """Frames without a pose and why, and those that fit worst; only some of many."""
-    missing = [f"{frame.name}: {frame.reason or 'no pose'}" for frame in motion.frames if frame.cam_from_head is None]
-    bad = [frame for frame in motion.frames if _rms(frame) > WORSE * motion.rms_px]
+    frames = motion.frames
+    missing = [f"{frame.name}: {frame.reason or 'no pose'}" for frame in frames if frame.cam_from_head is None]
+    bad = [frame for frame in frames if _rms(frame) > WORSE * motion.reprojection_rms_px]
     worst = sorted(bad, key=_rms, reverse=True)
     return [*_some(missing), *_some([f"{f.name}: error {_rms(f):.2f} px" + _why(f) for f in worst])]
 
 
-def _rms(frame: Frame) -> float:
-    return frame.rms_px if frame.rms_px is not None and frame.cam_from_head is not None else 0.0
+def _rms(frame: MotionFrame) -> float:
+    rms = frame.reprojection_rms_px
+    return rms if rms is not None and frame.cam_from_head is not None else 0.0
 
 
-def _why(frame: Frame) -> str:
+def _why(frame: MotionFrame) -> str:
     return f", {frame.reason}" if frame.reason else ""
 
 
@@ -207,8 +200,7 @@ def _undistortion(motion: Motion) -> list[str]:
     return ["its pixels are not square: Blender undistorts the clip as if they were"]
 
 
-def save_text(path: str, text: str) -> list[str]:
-    """Write the text of a motion.json; gives what is to be said of it."""
-    motion = parse(text)
-    write_text(path, text)
+def save_text(path: str, motion: Motion) -> list[str]:
+    """Write a motion.json; gives what is to be said of it."""
+    motion.write(path)
     return [*summary(motion), *complaints(motion), *motion.warnings]

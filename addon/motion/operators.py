@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..engine import FacewrightError
+from ..engine import FacewrightError, Motion
 from ..jobs import Work
 from ..modal import ClipOperator, FileOperator, Result, WorkOperator, clip_of, has_clip, has_tracks, idle
 from ..scene import face_tracks
@@ -34,13 +34,13 @@ class FACEWRIGHT_OT_motion(TrackedClipOperator, WorkOperator, bpy.types.Operator
     def poll(cls, context: bpy.types.Context) -> bool:
         return idle(cls) and in_object_mode(cls, context) and has_tracks(cls, context)
 
-    def start(self, context: bpy.types.Context) -> Work[str]:
+    def start(self, context: bpy.types.Context) -> Work[Motion]:
         clip = self.movie_clip(context)
         # The editor may show another clip by the time the work is done.
         self.clip = clip.name
         return actions.solved(clip, actions.Settings.of(context.scene))
 
-    def finish(self, context: bpy.types.Context, result: str) -> str:
+    def finish(self, context: bpy.types.Context, result: Motion) -> str:
         return actions.place(context.scene, self.movie_clip(context), result)
 
 

@@ -4,7 +4,8 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ..engine.calibration import Board, Calibration
+from ..engine import Camera
+from ..engine.calibration import Board, pictures
 from . import camera as scene_camera
 from .axes import below_camera
 from .materials import plain
@@ -39,24 +40,25 @@ def picture_of(obj: bpy.types.Object) -> str:
     return str(obj.get(BOARD, ""))
 
 
-def place(scene: bpy.types.Scene, calibration: Calibration, wire: bool) -> bpy.types.Object:
+def place(scene: bpy.types.Scene, calibration: Camera, wire: bool) -> bpy.types.Object:
     """Put the camera and its boards into a scene, or bring those that are there up to date; gives back the camera.
 
     The boards are the camera's children: an artist may move the camera, and keeps that.
     """
     home = collection(scene) or _new_collection(scene)
     eye = camera(scene) or _new_camera(home)
-    scene_camera.set_lens(eye.data, calibration.camera)
+    scene_camera.set_lens(eye.data, calibration)
     old = boards(scene)
     meshes = [_mesh(scene, board, k) for k, board in enumerate(calibration.boards)]
-    for picture in calibration.pictures:
-        if picture.cam_from_board is None:
+    for picture in pictures(calibration):
+        pose, board = picture.image.cam_from_board, picture.image.board or 0
+        if pose is None:
             continue
-        obj = old.pop(picture.name, None) or _new_board(home, eye, picture.name, meshes[picture.board])
-        if obj.data is not meshes[picture.board]:
-            obj.data = meshes[picture.board]
+        obj = old.pop(picture.name, None) or _new_board(home, eye, picture.name, meshes[board])
+        if obj.data is not meshes[board]:
+            obj.data = meshes[board]
         obj.matrix_parent_inverse = Matrix.Identity(4)
-        obj.matrix_basis = Matrix(below_camera(picture.cam_from_board).tolist())
+        obj.matrix_basis = Matrix(below_camera(pose).tolist())
     for obj in old.values():
         bpy.data.objects.remove(obj)
     set_wire(scene, wire)

@@ -2,8 +2,7 @@
 
 import bpy
 
-from ..engine import FacewrightError
-from ..engine.calibration import Camera
+from ..engine import Camera, FacewrightError
 from .axes import FORWARD
 
 

@@ -4,6 +4,7 @@ What an artist does there is kept: his own tracks, and those of ours that he loc
 delete a track, so the tracking object is made anew with what is kept, under the same name.
 """
 
+import json
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -12,11 +13,11 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..engine import FacewrightError
-from ..engine.tracks import Gap, Track, Tracks
+from ..engine import FacewrightError, Tracks
+from ..engine.tracks import Track, TrackedFrame
 from . import markers, track_record
 from .footage import Footage, shows
-from .track_record import Mark, Record
+from .track_record import Gap, Mark, Record
 
 OBJECT = "Face"
 PREFIX = "FW"
@@ -103,20 +104,8 @@ def place(clip: bpy.types.MovieClip, tracks: Tracks, footage: Footage) -> Outcom
     for track, weight in zip(fresh, _weights(fresh)):
         written = _write(face, track, tracks, numbers, weight, clip.frame_duration)
         marks[written.name] = _mark(track, numbers, written)
-    rows = _rows(tracks, numbers, footage)
-    new = Record(
-        face.name,
-        tracks.version,
-        tracks.method,
-        tracks.camera,
-        tracks.window,
-        rows,
-        marks,
-        tracks.interocular,
-        tracks.warnings,
-    )
-    track_record.store(clip, new)
-    doubled = len(tracks.tracks) - len(fresh)
+    track_record.store(clip, _record(face.name, tracks, _rows(tracks, numbers, footage), marks))
+    doubled = len(tracks) - len(fresh)
     return Outcome(len(fresh), len(kept.own), len(kept.locked), len(kept.edited), doubled, aside)
 
 
@@ -126,11 +115,30 @@ def check_local(clip: bpy.types.MovieClip) -> None:
         raise FacewrightError(f"{clip.name} is linked from another file: make it local first")
 
 
+def _record(name: str, tracks: Tracks, rows: tuple[dict[str, Any], ...], marks: dict[str, Mark]) -> Record:
+    return Record(
+        object=name,
+        version=tracks.version,
+        method=tracks.method,
+        camera=json.loads(tracks.camera.to_json()),
+        window=tracks.window,
+        frames=rows,
+        marks=marks,
+        interocular=tracks.interocular,
+        warnings=tuple(tracks.warnings),
+    )
+
+
 def _rows(tracks: Tracks, numbers: NDArray[np.int64], footage: Footage) -> tuple[dict[str, Any], ...]:
     """The frames for the record, with the clip's own names."""
     names = {frame.clip_frame: frame.name for frame in footage.frames}
     pairs = zip(tracks.frames, numbers.tolist())
-    return tuple(frame.__dict__ | {"name": names[number], "clip_frame": number} for frame, number in pairs)
+    return tuple(_row(frame) | {"name": names[number], "clip_frame": number} for frame, number in pairs)
+
+
+def _row(frame: TrackedFrame) -> dict[str, Any]:
+    pose = frame.cam_from_head
+    return {"used": frame.used, "reason": frame.reason, "cam_from_head": pose.tolist() if pose is not None else None}
 
 
 def _kept(face: TrackingObject, record: Record) -> Kept:
@@ -146,7 +154,7 @@ def _kept(face: TrackingObject, record: Record) -> Kept:
 def _without_doubles(tracks: Tracks, numbers: NDArray[np.int64], kept: list[markers.Markers]) -> list[Track]:
     """Tracks that no kept one follows closely: within half a pattern in most of the frames that both have."""
     if not kept:
-        return list(tracks.tracks)
+        return tracks.tracks
     index = {int(number): k for k, number in enumerate(numbers)}
     places = np.full((len(kept), len(numbers), 2), np.nan)
     for row, track in zip(places, kept):
@@ -171,7 +179,7 @@ def _renumbered(tracks: list[Track], ids: set[int], names: set[str]) -> list[Tra
         number = track.id
         while number in ids or name_of(track.region, number) in names:
             number, following = following, following + 1
-        result.append(replace(track, id=number))
+        result.append(track.with_id(number))
     return result
 
 
@@ -224,7 +232,7 @@ def _mark(track: Track, numbers: NDArray[np.int64], written: ClipTrack) -> Mark:
     frames = numbers[track.frames]
     sigmas = np.zeros(frames[-1] - frames[0] + 1)
     sigmas[frames - frames[0]] = np.maximum(np.round(track.sigmas, SIGMA_DECIMALS), 10.0**-SIGMA_DECIMALS)
-    gaps = tuple(Gap(int(numbers[gap.first]), int(numbers[gap.last]), gap.reason) for gap in track.gaps)
+    gaps = tuple(Gap(int(numbers[first]), int(numbers[last]), reason) for first, last, reason in track.gaps)
     return Mark(
         id=track.id,
         reference=int(numbers[track.reference]),

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 from mathutils import Color, Matrix
 
-from ..engine.motion import Point
+from ..engine.motion import MotionPoints
 from ..engine.tracks import REGIONS
 from .axes import to_blender
 from .face_tracks import COLORS
@@ -28,23 +28,22 @@ def cloud(scene: bpy.types.Scene) -> bpy.types.Object | None:
 
 
 def place(
-    scene: bpy.types.Scene, home: bpy.types.Collection, points: tuple[Point, ...], head: bpy.types.Object
+    scene: bpy.types.Scene, home: bpy.types.Collection, points: MotionPoints, head: bpy.types.Object
 ) -> bpy.types.Object:
     """Put the points into a collection below the head, or bring the object that is in the scene up to date."""
     obj = cloud(scene) or _new(home)
     hang(scene, head)
     mesh = obj.data
     mesh.clear_geometry()
-    positions = np.array([point.position for point in points], np.float32).reshape(-1, 3)
-    mesh.from_pydata(to_blender(positions).tolist(), [], [])
-    regions = np.array([REGIONS.index(point.region) for point in points], np.int32)
+    mesh.from_pydata(to_blender(points.positions.astype(np.float32)).tolist(), [], [])
+    regions = np.array([REGIONS.index(region) for region in points.regions], np.int32)
     colours = np.array([linear(region) for region in REGIONS], np.float32)
-    _attribute(mesh, "track_id", "INT", "value", np.array([point.id for point in points], np.int32))
-    _attribute(mesh, "sigma_mm", "FLOAT", "value", np.array([point.sigma_mm for point in points], np.float32))
-    _attribute(mesh, "rms_px", "FLOAT", "value", np.array([point.rms_px for point in points], np.float32))
-    _attribute(mesh, "frames", "INT", "value", np.array([point.frames for point in points], np.int32))
+    _attribute(mesh, "track_id", "INT", "value", points.ids.astype(np.int32))
+    _attribute(mesh, "sigma_mm", "FLOAT", "value", points.sigmas_mm.astype(np.float32))
+    _attribute(mesh, "rms_px", "FLOAT", "value", points.reprojection_rms_px.astype(np.float32))
+    _attribute(mesh, "frames", "INT", "value", points.frames.astype(np.int32))
     _attribute(mesh, "region", "INT", "value", regions)
-    _attribute(mesh, "moves", "BOOLEAN", "value", np.array([point.moves for point in points], bool))
+    _attribute(mesh, "moves", "BOOLEAN", "value", points.moves)
     _attribute(mesh, "region_color", "FLOAT_COLOR", "color", colours[regions].ravel())
     mesh.update()
     return obj

@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..engine.calibration import Camera
+from ..engine import Camera
 from . import camera as scene_camera
 
 LENS = "facewright_motion_lens"

@@ -10,7 +10,7 @@ import numpy as np
 from mathutils import Euler, Matrix
 from numpy.typing import NDArray
 
-from ..engine.motion import Motion
+from ..engine import Motion
 from . import camera as scene_camera
 from . import head as scene_head
 from . import motion_lens, motion_record, pose_keys
@@ -141,10 +141,8 @@ def _stage(
     posed = np.array(motion.posed)
     frames = motion_record.frames(home)[posed]
     order = np.argsort(frames)
-    rows = [motion.frames[k] for k in posed[order]]
-    return Stage(
-        scene, home, empty, lens, frames[order], [r.name for r in rows], np.array([r.cam_from_head for r in rows])
-    )
+    rows, names = posed[order], [frame.name for frame in motion.frames]
+    return Stage(scene, home, empty, lens, frames[order], [names[k] for k in rows], motion.poses[rows])
 
 
 def _move_camera(stage: Stage, _shown: Shown) -> None:

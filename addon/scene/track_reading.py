@@ -3,14 +3,16 @@
 import bpy
 import numpy as np
 
-from ..engine import FacewrightError
-from ..engine.tracks import REGIONS, Frame, Gap, Track, Tracks, runs
+from ..engine import FacewrightError, Tracks
+from ..engine.tracks import REGIONS, Track
 from . import markers, track_record
 from .face_tracks import MIN_WEIGHT, ClipTrack, face_object
 from .track_record import Mark
 
 # Of a marker that was set by hand, pixels.
 HAND_SIGMA_PX = 0.5
+# What single precision keeps of a pixel.
+DECIMALS = 5
 BY_HAND = "disabled by hand"
 
 
@@ -24,10 +26,7 @@ def collect_named(clip: bpy.types.MovieClip) -> tuple[Tracks, dict[str, int]]:
     face, record = face_object(clip), track_record.load(clip)
     if face is None or record is None:
         raise FacewrightError(f"{clip.name} has no tracks of a face: track the face first")
-    frames = tuple(Frame(row["name"], row["used"], row["reason"], row["cam_from_head"]) for row in record.frames)
-    tracks = Tracks(
-        record.version, record.method, record.camera, record.window, frames, (), record.interocular, record.warnings
-    )
+    tracks = record.tracks
     index = {row["clip_frame"]: k for k, row in enumerate(record.frames)}
     following = 1 + max((mark.id for mark in record.marks.values()), default=-1)
     found, named = [], {}
@@ -64,9 +63,16 @@ def _read(track: ClipTrack, mark: Mark, size: tuple[int, int], index: dict[int, 
     frames = np.array([index[n] for n in numbers.tolist()], np.int64)
     wanted = index.get(mark.reference, int(frames[0]))
     reference = int(frames[np.abs(frames - wanted).argmin()])
-    gaps = _gaps(mark, set(numbers.tolist()), index)
-    place = None if edited else mark.place
-    return Track(mark.id, reference, mark.region, frames, read.points[known], sigmas, gaps, place)
+    return Track(
+        mark.id,
+        reference=reference,
+        region=mark.region,
+        frames=frames.tolist(),
+        points=np.round(read.points[known], DECIMALS),
+        sigmas=np.maximum(np.round(sigmas, DECIMALS), 10.0**-DECIMALS),
+        missing=_missing(mark, set(numbers.tolist()), index),
+        place=None if edited else mark.place,
+    )
 
 
 def _trust(mark: Mark, track: ClipTrack) -> float:
@@ -74,8 +80,8 @@ def _trust(mark: Mark, track: ClipTrack) -> float:
     return 1.0 if track.weight == mark.weight else max(mark.weight, MIN_WEIGHT) / max(track.weight, MIN_WEIGHT)
 
 
-def _gaps(mark: Mark, seen: set[int], index: dict[int, int]) -> tuple[Gap, ...]:
-    """Runs of frames without a marker for which a reason is known."""
+def _missing(mark: Mark, seen: set[int], index: dict[int, int]) -> dict[int, str]:
+    """Frames without a marker for which a reason is known."""
     reasons = {n: gap.reason for gap in mark.gaps for n in range(gap.first, gap.last + 1)}
     reasons |= {mark.first + k: BY_HAND for k, sigma in enumerate(mark.sigmas) if sigma > 0.0}
-    return runs((index[n], reason) for n, reason in reasons.items() if n in index and n not in seen)
+    return {index[n]: reason for n, reason in reasons.items() if n in index and n not in seen}

@@ -10,9 +10,18 @@ from typing import Any
 
 import bpy
 
-from ..engine.tracks import Gap
+from ..engine import Tracks
 
 RECORD = "facewright_tracks"
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Frames, first and last, in which a track was not found."""
+
+    first: int
+    last: int
+    reason: str
 
 
 @dataclass(frozen=True)
@@ -48,6 +57,12 @@ class Record:
     marks: dict[str, Mark] = field(default_factory=dict)
     interocular: float | None = None
     warnings: tuple[str, ...] = ()
+
+    @property
+    def tracks(self) -> Tracks:
+        """As a tracks.json without tracks; raises FacewrightError where the record is broken."""
+        fields = ("version", "method", "camera", "window", "frames", "interocular", "warnings")
+        return Tracks.parse(json.dumps({key: getattr(self, key) for key in fields} | {"tracks": []}))
 
 
 def store(clip: bpy.types.MovieClip, record: Record) -> None:

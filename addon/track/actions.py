@@ -6,10 +6,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from ..engine import FacewrightError, Method, track
+from ..engine import FacewrightError, Method, Tracks, track
 from ..engine.calibration import parse as parse_camera
-from ..engine.files import write_text
-from ..engine.tracks import parse, to_text
 from ..jobs import Work, watch
 from ..scene import camera as scene_camera
 from ..scene import face_tracks, footage, track_reading, video
@@ -47,10 +45,10 @@ def shown(clip: Any, scene: Any) -> Footage:
     return whole.part(footage.clip_frame(clip, first), footage.clip_frame(clip, last))
 
 
-def tracked(source: Footage, settings: Settings) -> Work[str]:
-    """Decode the clip if it is a video, then track; the result is the text of a tracks.json."""
+def tracked(source: Footage, settings: Settings) -> Work[Tracks]:
+    """Decode the clip if it is a video, then track."""
     if settings.camera:
-        complaint = scene_camera.complaint(parse_camera(settings.camera).camera, source.clip, source.size)
+        complaint = scene_camera.complaint(parse_camera(settings.camera), source.clip, source.size)
         if complaint:
             raise FacewrightError(complaint)
     if len(source.frames) < 2:
@@ -61,7 +59,7 @@ def tracked(source: Footage, settings: Settings) -> Work[str]:
 def camera_line(text: str, clip: Any) -> tuple[str, bool]:
     """Which camera is used, for the panel, and whether it does not fit."""
     try:
-        camera = parse_camera(text).camera if text else None
+        camera = parse_camera(text) if text else None
     except FacewrightError as error:
         return f"The camera cannot be used: {error}", True
     if camera is None:
@@ -70,7 +68,7 @@ def camera_line(text: str, clip: Any) -> tuple[str, bool]:
     return complaint or f"Calibrated camera, focal {camera.fx:.1f} px", bool(complaint)
 
 
-def _tracked(source: Footage, settings: Settings) -> Work[str]:
+def _tracked(source: Footage, settings: Settings) -> Work[Tracks]:
     folder: TemporaryDirectory[str] | None = None
     try:
         if source.images is None:
@@ -95,9 +93,8 @@ def _decoded(source: Footage) -> Generator[tuple[str, float], None, TemporaryDir
     return (yield from video.decode(source.path, [frame.index for frame in source.frames]))
 
 
-def place(clip: Any, text: str) -> str:
-    """Write the text of a tracks.json into a clip as markers; the message says what became of all tracks."""
-    tracks = parse(text)
+def place(clip: Any, tracks: Tracks) -> str:
+    """Write tracks into a clip as markers; the message says what became of all of them."""
     whole = footage.of_clip(clip)
     outcome = face_tracks.place(clip, tracks, whole)
     used = sum(frame.used for frame in tracks.frames)
@@ -115,26 +112,21 @@ def _kept(outcome: Outcome) -> list[str]:
     return [f"kept: {', '.join(kept)}"] if kept else []
 
 
-def read(clip: Any) -> str:
-    """The text of a tracks.json of the markers as they are in the clip now."""
-    return to_text(track_reading.collect(clip))
+def read(clip: Any) -> Tracks:
+    """The markers as they are in the clip now."""
+    return track_reading.collect(clip)
 
 
 def save(path: str, clip: Any) -> str:
     """Write a tracks.json of the markers as they are now; gives the message."""
     tracks = track_reading.collect(clip)
-    write_text(path, to_text(tracks))
-    return f"{path} saved with {len(tracks.tracks)} tracks"
+    tracks.write(path)
+    return f"{path} saved with {len(tracks)} tracks"
 
 
 def open_file(path: str, clip: Any) -> str:
     """Write the tracks of a file into a clip; gives the message."""
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-        parse(text)
-    except (OSError, ValueError, FacewrightError) as error:
-        raise FacewrightError(f"{path} is no tracks file: {error}") from error
-    return place(clip, text)
+    return place(clip, Tracks.read(path))
 
 
 def remove(clip: Any) -> str:
@@ -153,11 +145,10 @@ def summary(clip: Any) -> list[str]:
     return [f"{ours} tracks of the face", *([", ".join(more)] if more else [])]
 
 
-def save_text(path: str, text: str) -> list[str]:
-    """Write the text of a tracks.json; gives what is to be said of it."""
-    tracks = parse(text)
-    write_text(path, text)
-    used = sum(frame.used for frame in tracks.frames)
-    lengths = sum(len(track.frames) for track in tracks.tracks) / max(len(tracks.tracks), 1)
-    lines = [f"{len(tracks.tracks)} tracks of {lengths:.0f} frames in {used} of {len(tracks.frames)} frames"]
-    return [*lines, *(f"{frame.name}: {frame.reason}" for frame in tracks.frames if not frame.used)]
+def save_text(path: str, tracks: Tracks) -> list[str]:
+    """Write a tracks.json; gives what is to be said of it."""
+    tracks.write(path)
+    frames = tracks.frames
+    used, seen = sum(frame.used for frame in frames), sum(frame.points for frame in frames)
+    lines = [f"{len(tracks)} tracks of {seen / max(len(tracks), 1):.0f} frames in {used} of {len(frames)} frames"]
+    return [*lines, *(f"{frame.name}: {frame.reason}" for frame in frames if not frame.used)]

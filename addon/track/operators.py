@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..engine import FacewrightError
+from ..engine import FacewrightError, Tracks
 from ..jobs import Work
 from ..modal import ClipOperator, FileOperator, Result, WorkOperator, has_clip, has_tracks, idle
 from . import actions
@@ -24,14 +24,14 @@ class FACEWRIGHT_OT_track(ClipOperator, WorkOperator, bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         return idle(cls) and has_clip(cls)
 
-    def start(self, context: bpy.types.Context) -> Work[str]:
+    def start(self, context: bpy.types.Context) -> Work[Tracks]:
         scene, clip = context.scene, self.movie_clip(context)
         # The editor may show another clip by the time the work is done.
         self.clip = clip.name
         settings = actions.Settings.of(scene.facewright_track, scene.facewright_camera.text)
         return actions.tracked(actions.shown(clip, scene), settings)
 
-    def finish(self, context: bpy.types.Context, result: str) -> str:
+    def finish(self, context: bpy.types.Context, result: Tracks) -> str:
         return actions.place(self.movie_clip(context), result)
 
 

@@ -1,14 +1,22 @@
-"""The engine's modules for tests without Blender and the library."""
+"""The library for tests without Blender: the one in the extension's zip."""
 
-from collections.abc import Callable, Iterator
+import importlib
+import os
+import sys
+from io import BytesIO
 from types import ModuleType
+from zipfile import ZipFile
 
-import engines
 import pytest
 
 
-@pytest.fixture(scope="module")
-def engine_module() -> Iterator[Callable[[str], ModuleType]]:
-    """What imports a module of `addon/engine` by its name."""
-    with engines.engine() as load:
-        yield load
+@pytest.fixture(scope="session")
+def facewright(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
+    """The library."""
+    folder = tmp_path_factory.mktemp("library")
+    with ZipFile(os.environ["FACEWRIGHT_ZIP"]) as extension:
+        (wheel,) = (name for name in extension.namelist() if name.endswith(".whl"))
+        with ZipFile(BytesIO(extension.read(wheel))) as content:
+            content.extractall(folder)
+    sys.path.insert(0, str(folder))
+    return importlib.import_module("facewright")

@@ -22,6 +22,7 @@ mod clock;
 mod error;
 mod faces;
 mod files;
+mod formats;
 mod frames;
 mod given;
 mod head;
@@ -42,10 +43,11 @@ pub use self::motion::{
     FrameMotion, HeadMotion, MotionOptions, PointMotion, RigTracks, Roughness, solve_motion, solve_motion_on_rig,
 };
 pub use assets::Assets;
-pub use camera::{CameraSource, SourcedCamera};
+pub use camera::{CameraFile, CameraSource, SourcedCamera};
 pub use error::FacewrightError;
 pub use faces::{FaceFrame, Faces, Look, find_faces};
 pub use files::{check_folder, write_drawing, write_json, write_text};
+pub use formats::Schema;
 pub use frames::{Frame, FrameSet};
 pub use given::Given;
 pub use method::Method;

@@ -110,6 +110,7 @@ pub fn reconstruct(
     clock.lap("texture");
     let landmarks = crate::head::landmarks68(head, &measured.positions);
     let report = Report {
+        schema: crate::Schema,
         version: env!("CARGO_PKG_VERSION").to_owned(),
         method: options.method,
         camera: SourcedCamera { camera: measured.camera, source: sourced.source },

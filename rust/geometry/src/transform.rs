@@ -7,9 +7,9 @@ use std::ops::Mul;
 
 /// A rigid motion `b_from_a`: `x_in_b = rotation * x_in_a + translation`.
 ///
-/// Serialised as the four rows of its 4×4 matrix.
+/// Serialised as the four rows of its 4×4 matrix; read from such rows if they are rigid.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(into = "[[f64; 4]; 4]", from = "[[f64; 4]; 4]")]
+#[serde(into = "[[f64; 4]; 4]", try_from = "Rows")]
 pub struct Transform {
     /// Rotation part of `b_from_a`.
     pub rotation: Rotation3<f64>,
@@ -94,10 +94,37 @@ impl From<Transform> for [[f64; 4]; 4] {
     }
 }
 
-impl From<[[f64; 4]; 4]> for Transform {
-    fn from(m: [[f64; 4]; 4]) -> Self {
-        let rotation = Mat3::from_fn(|i, j| m[i][j]);
-        Self::from_matrix(&rotation, Vec3::new(m[0][3], m[1][3], m[2][3]))
+/// By how much the product of a rotation and its transpose may differ from one in a file.
+const RIGID: f64 = 1e-4;
+/// By how much rounding makes it differ.
+const ROUNDING: f64 = 1e-12;
+
+impl Transform {
+    /// From the four rows of a 4×4 matrix; `None` where they are no rotation with a translation.
+    pub fn from_rows(rows: &[[f64; 4]; 4]) -> Option<Self> {
+        let rotation = Mat3::from_fn(|i, j| rows[i][j]);
+        let translation = Vec3::new(rows[0][3], rows[1][3], rows[2][3]);
+        let skew = (rotation * rotation.transpose() - Mat3::identity()).amax();
+        // Comparisons that are false of what is no number.
+        let rigid = skew <= RIGID && rotation.determinant() > 0.0 && rows[3] == [0.0, 0.0, 0.0, 1.0];
+        let finite = translation.iter().all(|x| x.is_finite());
+        (rigid && finite).then(|| match skew {
+            // What was written here comes back bit by bit.
+            ..ROUNDING => Self::new(Rotation3::from_matrix_unchecked(rotation), translation),
+            _ => Self::from_matrix(&rotation, translation),
+        })
+    }
+}
+
+/// The rows of a matrix in a file.
+#[derive(Deserialize)]
+struct Rows([[f64; 4]; 4]);
+
+impl TryFrom<Rows> for Transform {
+    type Error = &'static str;
+
+    fn try_from(rows: Rows) -> Result<Self, Self::Error> {
+        Self::from_rows(&rows.0).ok_or("is no rotation with a translation")
     }
 }
 
@@ -124,8 +151,27 @@ mod tests {
     #[test]
     fn rows_survive_a_round_trip() {
         let t = sample();
-        let back = Transform::from(t.rows());
+        let back = Transform::from_rows(&t.rows()).unwrap();
         assert!(back.angle_to(&t) < 1e-12 && (back.translation - t.translation).norm() < 1e-12);
+    }
+
+    #[test]
+    fn rows_that_are_not_rigid_are_refused() {
+        let t = sample();
+        let broken = |row: usize, column: usize, factor: f64| {
+            let mut rows = t.rows();
+            rows[row][column] *= factor;
+            Transform::from_rows(&rows)
+        };
+        assert!(broken(0, 0, 2.0).is_none() && broken(3, 3, 2.0).is_none() && broken(1, 3, f64::NAN).is_none());
+        let mirrored = t.rows().map(|[x, y, z, w]| [-x, -y, -z, w]);
+        assert!(Transform::from_rows(&mirrored).is_none());
+        let error = serde_json::from_str::<Transform>("[[2,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]").unwrap_err();
+        assert!(error.to_string().starts_with("is no rotation"));
+        assert_eq!(
+            serde_json::from_str::<Transform>(&serde_json::to_string(&t.rows()).unwrap()).unwrap().rows(),
+            t.rows()
+        );
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Work on a thread of its own, polled from Python.
 
 use crate::reconstruction::Reconstruction;
-use crate::{FacewrightError, raise};
+use crate::{FacewrightError, files, raise};
 use facewright::FacewrightError as CoreError;
 use geometry::{Progress, ProgressSnapshot};
 use pyo3::exceptions::PyRuntimeError;
@@ -12,10 +12,28 @@ use std::thread::JoinHandle;
 
 /// What a job makes.
 pub enum Output {
-    /// JSON.
-    Text(String),
+    /// A calibrated camera.
+    Camera(Box<facewright::CalibratedCamera>),
+    /// Calibrated cameras and where they stand.
+    Rig(Box<facewright::CalibratedRig>),
+    /// Points of a face in many frames.
+    Tracks(Box<facewright::Tracks>),
+    /// The pose of a head in every frame.
+    Motion(Box<facewright::HeadMotion>),
     /// A head.
     Head(Box<facewright::Reconstruction>),
+}
+
+impl Output {
+    fn into_python(self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        Ok(match self {
+            Self::Camera(camera) => Py::new(py, files::Camera::calibrated(*camera))?.into_any(),
+            Self::Rig(rig) => Py::new(py, files::Rig::new(*rig))?.into_any(),
+            Self::Tracks(tracks) => Py::new(py, files::Tracks::new(*tracks))?.into_any(),
+            Self::Motion(motion) => Py::new(py, files::Motion::new(*motion))?.into_any(),
+            Self::Head(head) => Py::new(py, Reconstruction::new(*head))?.into_any(),
+        })
+    }
 }
 
 type Outcome = Result<Output, CoreError>;
@@ -63,8 +81,7 @@ impl Job {
         let thread = self.take().ok_or_else(|| PyRuntimeError::new_err("the result was taken already"))?;
         let outcome = py.detach(|| thread.join().ok().flatten());
         match outcome {
-            Some(Ok(Output::Text(text))) => Ok(text.into_pyobject(py)?.into_any().unbind()),
-            Some(Ok(Output::Head(head))) => Ok(Py::new(py, Reconstruction::new(*head))?.into_any()),
+            Some(Ok(output)) => output.into_python(py),
             Some(Err(error)) => Err(raise(&error)),
             None => Err(FacewrightError::new_err("Facewright failed inside; please report it with these frames")),
         }

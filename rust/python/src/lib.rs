@@ -1,5 +1,6 @@
 //! Python binding: checks arguments, starts jobs, hands arrays over. Nothing is computed here.
 
+mod files;
 mod job;
 mod reconstruction;
 
@@ -7,10 +8,11 @@ use drawing::Format;
 use facewright::pictures::board::{Page, SheetOptions, sheet};
 use facewright::pictures::calibration::{DPI, of_camera, of_rig};
 use facewright::{
-    Assets, CalibrateOptions, CalibratedCamera, CalibratedRig, FacewrightError as CoreError, FrameSet, Given,
-    KnownLength, Method, MotionOptions, ReconstructOptions, RigInput, RigTracks, SizeOptions, SourcedCamera,
-    TrackClipOptions, Tracks, solve_motion, solve_motion_on_rig, write_drawing,
+    Assets, Bend, CalibrateOptions, FacewrightError as CoreError, FrameSet, Given, KnownLength, Method, MotionOptions,
+    ReconstructOptions, RigInput, RigTracks, SizeOptions, TrackClipOptions, solve_motion, solve_motion_on_rig,
+    write_drawing,
 };
+use files::{Calibration, Camera, Motion, Or, Rig, Tracks};
 use geometry::{Board, Progress};
 use job::{Job, Output};
 use pyo3::create_exception;
@@ -61,43 +63,53 @@ fn board(inner: (u32, u32), squares: Option<(u32, u32)>, gap_mm: Option<f64>, sq
 }
 
 #[pyfunction]
-#[pyo3(signature = (pictures, *, inner = (9, 6), squares = None, gap_mm = None, square_mm = 25.5, picture = None))]
+#[pyo3(signature = (pictures, *, inner = (9, 6), squares = None, gap_mm = None, square_mm = 25.5, distortion_terms = 2, tangential = false, square_pixels = false, bend = "judged", picture = None))]
 fn calibrate(
     pictures: Vec<PathBuf>,
     inner: (u32, u32),
     squares: Option<(u32, u32)>,
     gap_mm: Option<f64>,
     square_mm: f64,
+    distortion_terms: usize,
+    tangential: bool,
+    square_pixels: bool,
+    bend: &str,
     picture: Option<PathBuf>,
 ) -> PyResult<Job> {
     // Another kind of picture is refused before the work, not after it.
     picture.as_deref().map(Format::of).transpose().map_err(|e| raise(&e.into()))?;
-    let options = options(board(inner, squares, gap_mm, square_mm));
+    let boards = vec![board(inner, squares, gap_mm, square_mm)];
+    let options = CalibrateOptions { boards, distortion_terms, tangential, square_pixels, bend: bend_of(bend)? };
     Job::start(move |progress| {
         let frames = FrameSet::open(&pictures, progress)?;
         let calibrated = facewright::calibrate(&frames, &options, progress)?;
         picture.map_or(Ok(()), |path| write_drawing(&path, &of_camera(&calibrated), DPI))?;
-        Ok(Output::Text(serde_json::to_string(&calibrated).unwrap_or_default()))
+        Ok(Output::Camera(Box::new(calibrated)))
     })
 }
 
 #[pyfunction]
-#[pyo3(signature = (cameras, *, inner = (9, 6), squares = None, gap_mm = None, square_mm = 25.5, picture = None))]
+#[pyo3(signature = (cameras, *, inner = (9, 6), squares = None, gap_mm = None, square_mm = 25.5, distortion_terms = 2, tangential = false, square_pixels = false, bend = "judged", picture = None))]
 fn calibrate_rig(
     cameras: Vec<(String, Vec<PathBuf>)>,
     inner: (u32, u32),
     squares: Option<(u32, u32)>,
     gap_mm: Option<f64>,
     square_mm: f64,
+    distortion_terms: usize,
+    tangential: bool,
+    square_pixels: bool,
+    bend: &str,
     picture: Option<PathBuf>,
 ) -> PyResult<Job> {
     picture.as_deref().map(Format::of).transpose().map_err(|e| raise(&e.into()))?;
-    let options = options(board(inner, squares, gap_mm, square_mm));
+    let boards = vec![board(inner, squares, gap_mm, square_mm)];
+    let options = CalibrateOptions { boards, distortion_terms, tangential, square_pixels, bend: bend_of(bend)? };
     Job::start(move |progress| {
         let inputs: Vec<RigInput> = cameras.into_iter().map(|c| rig_input(c, progress)).collect::<Result<_, _>>()?;
         let calibrated = facewright::calibrate_rig(&inputs, &options, progress)?;
         picture.map_or(Ok(()), |path| write_drawing(&path, &of_rig(&calibrated), DPI))?;
-        Ok(Output::Text(serde_json::to_string(&calibrated).unwrap_or_default()))
+        Ok(Output::Rig(Box::new(calibrated)))
     })
 }
 
@@ -105,21 +117,18 @@ fn rig_input((name, pictures): (String, Vec<PathBuf>), progress: &Progress) -> R
     Ok(RigInput { name, pictures: FrameSet::open(&pictures, progress)? })
 }
 
-fn options(board: Board) -> CalibrateOptions {
-    CalibrateOptions { boards: vec![board], ..CalibrateOptions::default() }
+fn bend_of(name: &str) -> PyResult<Bend> {
+    match name {
+        "never" => Ok(Bend::Never),
+        "judged" => Ok(Bend::Judged),
+        "always" => Ok(Bend::Always),
+        other => Err(PyValueError::new_err(format!("bend is {other}, not never, judged or always"))),
+    }
 }
 
 #[pyfunction]
-fn save_calibration_picture(py: Python<'_>, text: &str, path: PathBuf) -> PyResult<()> {
-    let refused = |e: serde_json::Error| {
-        FacewrightError::new_err(format!("this camera does not tell of the boards it was calibrated from: {e}"))
-    };
-    let value: serde_json::Value = serde_json::from_str(text).map_err(refused)?;
-    let drawing = if value.get("cameras").is_some() {
-        of_rig(&serde_json::from_value::<CalibratedRig>(value).map_err(refused)?)
-    } else {
-        of_camera(&serde_json::from_value::<CalibratedCamera>(value).map_err(refused)?)
-    };
+fn save_calibration_picture(py: Python<'_>, calibration: Calibration, path: PathBuf) -> PyResult<()> {
+    let drawing = calibration.drawing()?;
     py.detach(|| write_drawing(&path, &drawing, DPI)).map_err(|e| raise(&e))
 }
 
@@ -128,46 +137,46 @@ fn save_calibration_picture(py: Python<'_>, text: &str, path: PathBuf) -> PyResu
 fn track(
     frames: Vec<PathBuf>,
     assets: PathBuf,
-    camera: Option<&str>,
+    camera: Option<Or<Camera>>,
     method: &str,
     points: usize,
     window: Option<usize>,
 ) -> PyResult<Job> {
-    let camera = camera.map(SourcedCamera::parse).transpose().map_err(|e| raise(&e))?;
+    let camera = camera.map(|camera| camera.sourced()).transpose()?;
     let given = Given { camera, ..Given::default() };
     let options = TrackClipOptions { method: method_of(method)?, points, window, from: None };
     Job::start(move |progress| {
         let frames = FrameSet::open(&frames, progress)?;
         let tracks = facewright::track(&frames, &Assets::load(&assets)?, &given, &options, progress)?;
-        Ok(Output::Text(serde_json::to_string(&tracks).unwrap_or_default()))
+        Ok(Output::Tracks(Box::new(tracks)))
     })
 }
 
 #[pyfunction]
 #[pyo3(signature = (tracks, *, camera = None, interocular_mm = None, lengths = Vec::new()))]
 fn motion(
-    tracks: &str,
-    camera: Option<&str>,
+    tracks: Or<Tracks>,
+    camera: Option<Or<Camera>>,
     interocular_mm: Option<f64>,
     lengths: Vec<(usize, usize, f64)>,
 ) -> PyResult<Job> {
-    let tracks = Tracks::parse(tracks).map_err(|e| raise(&e))?;
-    let camera = camera.map(SourcedCamera::parse).transpose().map_err(|e| raise(&e))?;
+    let tracks = tracks.core()?;
+    let camera = camera.map(|camera| camera.sourced()).transpose()?;
     let size = SizeOptions { interocular_mm, lengths: lengths.into_iter().map(KnownLength::from).collect() };
     Job::start(move |progress| {
         let motion = solve_motion(&tracks, camera.as_ref(), &MotionOptions { size }, progress)?;
-        Ok(Output::Text(serde_json::to_string(&motion).unwrap_or_default()))
+        Ok(Output::Motion(Box::new(motion)))
     })
 }
 
 #[pyfunction]
-fn motion_on_rig(films: Vec<(String, String)>, rig: &str) -> PyResult<Job> {
-    let film = |(camera, tracks): (String, String)| Ok(RigTracks { camera, tracks: Tracks::parse(&tracks)? });
-    let films: Vec<RigTracks> = films.into_iter().map(film).collect::<Result<_, CoreError>>().map_err(|e| raise(&e))?;
-    let rig = CalibratedRig::parse(rig).map_err(|e| raise(&e))?;
+fn motion_on_rig(films: Vec<(String, Or<Tracks>)>, rig: Or<Rig>) -> PyResult<Job> {
+    let film = |(camera, tracks): (String, Or<Tracks>)| Ok(RigTracks { camera, tracks: tracks.core()? });
+    let films: Vec<RigTracks> = films.into_iter().map(film).collect::<PyResult<_>>()?;
+    let rig = rig.core()?;
     Job::start(move |progress| {
         let motion = solve_motion_on_rig(&films, &rig, progress)?;
-        Ok(Output::Text(serde_json::to_string(&motion).unwrap_or_default()))
+        Ok(Output::Motion(Box::new(motion)))
     })
 }
 
@@ -180,15 +189,16 @@ fn method_of(name: &str) -> PyResult<Method> {
 }
 
 #[pyfunction]
-#[pyo3(signature = (frames, *, assets, camera = None, method = "default", texture_size = 2048, interocular_mm = None, tracks = None))]
+#[pyo3(signature = (frames, *, assets, camera = None, method = "default", texture_size = 2048, interocular_mm = None, tracks = None, motion = None))]
 fn reconstruct(
     frames: Vec<PathBuf>,
     assets: PathBuf,
-    camera: Option<&str>,
+    camera: Option<Or<Camera>>,
     method: &str,
     texture_size: u32,
     interocular_mm: Option<f64>,
-    tracks: Option<&str>,
+    tracks: Option<Or<Tracks>>,
+    motion: Option<Or<Motion>>,
 ) -> PyResult<Job> {
     let options = ReconstructOptions {
         method: method_of(method)?,
@@ -196,9 +206,9 @@ fn reconstruct(
         size: SizeOptions { interocular_mm, lengths: Vec::new() },
     };
     let given = Given {
-        camera: camera.map(SourcedCamera::parse).transpose().map_err(|e| raise(&e))?,
-        tracks: tracks.map(Tracks::parse).transpose().map_err(|e| raise(&e))?,
-        motion: None,
+        camera: camera.map(|camera| camera.sourced()).transpose()?,
+        tracks: tracks.map(|tracks| tracks.core()).transpose()?,
+        motion: motion.map(|motion| motion.core()).transpose()?,
     };
     Job::start(move |progress| {
         let frames = FrameSet::open(&frames, progress)?;
@@ -224,6 +234,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("Cancelled", module.py().get_type::<Cancelled>())?;
     module.add_class::<Job>()?;
     module.add_class::<Reconstruction>()?;
+    files::add_classes(module)?;
     module.add_function(wrap_pyfunction!(version, module)?)?;
     module.add_function(wrap_pyfunction!(save_board, module)?)?;
     module.add_function(wrap_pyfunction!(calibrate, module)?)?;

@@ -3,7 +3,7 @@
 use end_to_end::truth::Truth;
 use facewright::{
     CalibratedCamera, CalibratedRig, CameraSource, FrameTracks, Method, MountedCamera, PointObservation, PointTrack,
-    Region, RigTracks, SourcedCamera, Tracks, solve_motion_on_rig,
+    Region, RigTracks, Schema, SourcedCamera, Tracks, solve_motion_on_rig,
 };
 use geometry::{Camera, Progress, Transform, Vec3, mesh::vertex_normals};
 use motion::calibrate::rig::Mount;
@@ -30,6 +30,7 @@ fn rig(true_place: Transform) -> CalibratedRig {
     let mounted = |name: &str, camera_from_rig: Transform, covariance: Matrix6<f64>| MountedCamera {
         name: name.to_owned(),
         calibrated: CalibratedCamera {
+            schema: Schema,
             camera: SourcedCamera { camera: lens(), source: CameraSource::Board },
             rms_px: 0.1,
             hold_out_rms_px: None,
@@ -49,7 +50,7 @@ fn rig(true_place: Transform) -> CalibratedRig {
         },
     };
     let cameras = vec![mounted("left", Transform::identity(), Matrix6::zeros()), mounted("right", place, covariance)];
-    CalibratedRig { cameras, rms_px: 0.1, hold_out_rms_px: None, warnings: Vec::new() }
+    CalibratedRig { schema: Schema, cameras, rms_px: 0.1, hold_out_rms_px: None, warnings: Vec::new() }
 }
 
 fn lens() -> Camera {
@@ -85,6 +86,7 @@ fn film(truth: &Truth, camera_from_left: Transform, size: f64, seed: u64) -> Tra
         FrameTracks { name: format!("f{k:02}"), used: true, reason: String::new(), cam_from_head: seen, points: POINTS }
     };
     Tracks {
+        schema: Schema,
         version: String::new(),
         method: Method::Default,
         camera: SourcedCamera { camera: lens(), source: CameraSource::Board },

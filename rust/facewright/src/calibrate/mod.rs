@@ -11,11 +11,12 @@ mod choice;
 mod detection;
 mod rig;
 mod undistort;
+mod valid;
 
 pub use rig::{CalibratedRig, MountedCamera, RigInput, calibrate_rig};
 pub use undistort::undistort;
 
-use crate::{CameraSource, FacewrightError, FrameSet, SourcedCamera};
+use crate::{CameraSource, FacewrightError, FrameSet, Schema, SourcedCamera};
 use detection::Detection;
 use geometry::{Board, Progress, Transform};
 use motion::calibrate::{BoardBend, BoardView, CalibrateWarning, Calibration, CameraDeviations, ViewFit};
@@ -109,6 +110,9 @@ pub struct BoardImage {
 /// `camera.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CalibratedCamera {
+    /// Version of the file's fields.
+    #[serde(default)]
+    pub schema: Schema,
     /// The camera.
     #[serde(flatten)]
     pub camera: SourcedCamera,
@@ -117,14 +121,18 @@ pub struct CalibratedCamera {
     /// The same of corners in pictures that were left out.
     pub hold_out_rms_px: Option<f64>,
     /// Standard deviations.
+    #[serde(default)]
     pub deviations: CameraDeviations,
     /// How far the board is from flat, where the pictures tell.
     pub bend: Option<BoardBend>,
     /// The boards looked for.
+    #[serde(default)]
     pub boards: Vec<Board>,
     /// Each picture.
+    #[serde(default)]
     pub images: Vec<BoardImage>,
     /// What to photograph next, and what to distrust.
+    #[serde(default)]
     pub warnings: Vec<String>,
 }
 
@@ -152,6 +160,7 @@ pub fn calibrate(
     }
     let name = |k: usize| pictures.frames[used[k]].name.as_str();
     Ok(CalibratedCamera {
+        schema: Schema,
         camera: SourcedCamera { camera: solved.camera, source: CameraSource::Board },
         rms_px: solved.rms_px,
         hold_out_rms_px: solved.hold_out_rms_px,

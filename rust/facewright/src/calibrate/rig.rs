@@ -2,11 +2,13 @@
 
 use super::detection::{Detection, detect_all};
 use super::{BoardImage, CalibrateOptions, CalibratedCamera, fill, images, view};
-use crate::{CameraSource, FacewrightError, FrameSet, SourcedCamera};
+use crate::formats;
+use crate::{CameraSource, FacewrightError, FrameSet, Schema, SourcedCamera};
 use geometry::Progress;
 use motion::calibrate::rig::{BoardSymmetry, Mount, Rig, RigCamera, RigWarning, calibrate_rig as solve};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// Why a picture was found and not used.
 const ELSEWHERE: &str = "it shows the board elsewhere than the others, as if taken at another moment";
@@ -40,6 +42,9 @@ pub struct MountedCamera {
 /// `rig.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CalibratedRig {
+    /// Version of the file's fields.
+    #[serde(default)]
+    pub schema: Schema,
     /// The cameras, in the order given.
     pub cameras: Vec<MountedCamera>,
     /// Root mean square reprojection error of all corners, pixels.
@@ -47,19 +52,37 @@ pub struct CalibratedRig {
     /// The same with each moment left out of the calibration it is held against.
     pub hold_out_rms_px: Option<f64>,
     /// What to photograph next, and what to distrust.
+    #[serde(default)]
     pub warnings: Vec<String>,
 }
 
 impl CalibratedRig {
-    /// Reads the text of a `rig.json`.
+    /// Reads a `rig.json`.
     ///
     /// # Errors
-    /// [`FacewrightError::Read`] where it is none, [`FacewrightError::Camera`] where one of its cameras is impossible.
+    /// [`FacewrightError::Read`] where it is none, or what it says cannot be.
+    pub fn read(path: &Path) -> Result<Self, FacewrightError> {
+        formats::read(path)
+    }
+
+    /// Reads the text of a `rig.json`; errors as those of [`CalibratedRig::read`].
     pub fn parse(text: &str) -> Result<Self, FacewrightError> {
-        let read = |e: serde_json::Error| FacewrightError::Read { path: "rig.json".into(), reason: e.to_string() };
-        let rig: Self = serde_json::from_str(text).map_err(read)?;
-        rig.cameras.iter().try_for_each(|camera| camera.calibrated.camera.camera.validate())?;
-        Ok(rig)
+        formats::parse(text)
+    }
+
+    /// Writes a `rig.json`, whole or not at all.
+    pub fn write(&self, path: &Path) -> Result<(), FacewrightError> {
+        formats::write(path, self)
+    }
+
+    /// One of its cameras by its name.
+    ///
+    /// # Errors
+    /// [`FacewrightError::RigCamera`] where it has none of that name.
+    pub fn camera(&self, name: &str) -> Result<&MountedCamera, FacewrightError> {
+        let known = || self.cameras.iter().map(|camera| camera.name.as_str()).collect::<Vec<_>>().join(", ");
+        let found = self.cameras.iter().find(|camera| camera.name == name);
+        found.ok_or_else(|| FacewrightError::RigCamera { name: name.to_owned(), known: known() })
     }
 }
 
@@ -94,6 +117,7 @@ pub fn calibrate_rig(
         mounted(&cameras[k].name, &solved, k, images, options)
     });
     Ok(CalibratedRig {
+        schema: Schema,
         cameras: mounted.collect(),
         rms_px: solved.rms_px,
         hold_out_rms_px: solved.hold_out_rms_px,
@@ -154,6 +178,7 @@ fn filled(
 fn mounted(name: &str, solved: &Rig, k: usize, images: Vec<BoardImage>, options: &CalibrateOptions) -> MountedCamera {
     let camera = &solved.cameras[k];
     let calibrated = CalibratedCamera {
+        schema: Schema,
         camera: SourcedCamera { camera: camera.camera, source: CameraSource::Board },
         rms_px: camera.rms_px,
         hold_out_rms_px: hold_out(&images),

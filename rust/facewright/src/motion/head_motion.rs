@@ -1,9 +1,11 @@
 //! What `motion.json` holds.
 
+use crate::formats::{self, Format, Schema, at_least_0, finite, null_is_default, once};
 use crate::{FacewrightError, FrameSet, Method, Region, Scale, SourcedCamera};
 use geometry::{Mat3, Transform, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// One frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -13,6 +15,7 @@ pub struct FrameMotion {
     /// Whether the head could be placed in it.
     pub used: bool,
     /// What it rests on, or why there is no pose.
+    #[serde(default, deserialize_with = "null_is_default")]
     pub reason: String,
     /// Pose of the head.
     pub cam_from_head: Option<Transform>,
@@ -75,6 +78,9 @@ pub struct Roughness {
 /// `motion.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HeadMotion {
+    /// Version of the file's fields.
+    #[serde(default)]
+    pub schema: Schema,
     /// Version of Facewright.
     pub version: String,
     /// How it was solved.
@@ -97,6 +103,7 @@ pub struct HeadMotion {
     /// Unsteadiness.
     pub roughness: Roughness,
     /// Seconds per stage.
+    #[serde(default)]
     pub timings_s: BTreeMap<String, f64>,
     /// What the artist should know.
     pub warnings: Vec<String>,
@@ -109,6 +116,24 @@ impl HeadMotion {
         frames
             .is_clip_of(names, (camera.width, camera.height))
             .map_err(|reason| FacewrightError::OtherMotion { reason })
+    }
+
+    /// Reads a `motion.json`.
+    ///
+    /// # Errors
+    /// [`FacewrightError::Read`] where it is none, or what it says cannot be.
+    pub fn read(path: &Path) -> Result<Self, FacewrightError> {
+        formats::read(path)
+    }
+
+    /// Reads the text of a `motion.json`; errors as those of [`HeadMotion::read`].
+    pub fn parse(text: &str) -> Result<Self, FacewrightError> {
+        formats::parse(text)
+    }
+
+    /// Writes a `motion.json`, whole or not at all.
+    pub fn write(&self, path: &Path) -> Result<(), FacewrightError> {
+        formats::write(path, self)
     }
 
     /// Makes the head and its way larger by a factor, which rests on what `scale` says.
@@ -124,5 +149,48 @@ impl HeadMotion {
         }
         self.roughness.translation_mm *= factor;
         self.scale = scale;
+    }
+}
+
+impl Format for HeadMotion {
+    const FILE: &'static str = "motion.json";
+    const HOLDS: &'static str = "motion";
+    const KEYS: &'static [&'static str] = &["frames", "scale", "roughness"];
+
+    fn validate(&self) -> Result<(), String> {
+        self.camera.camera.validate().map_err(|e| e.to_string())?;
+        at_least_0(self.focal_sigma_px, || "its focal_sigma_px".to_owned())?;
+        at_least_0(self.reprojection_rms_px, || "its reprojection_rms_px".to_owned())?;
+        self.scale.validate()?;
+        at_least_0(self.roughness.rotation_deg, || "the rotation_deg of its roughness".to_owned())?;
+        at_least_0(self.roughness.translation_mm, || "the translation_mm of its roughness".to_owned())?;
+        once(self.frames.iter().map(|frame| frame.name.as_str()), "frame")?;
+        once(self.points.iter().map(|point| point.id), "point")?;
+        self.frames.iter().try_for_each(FrameMotion::validate)?;
+        self.points.iter().try_for_each(PointMotion::validate)?;
+        let posed = self.frames.iter().any(|frame| frame.cam_from_head.is_some());
+        if posed { Ok(()) } else { Err("none of its frames has a pose".to_owned()) }
+    }
+}
+
+impl FrameMotion {
+    fn validate(&self) -> Result<(), String> {
+        let numbers = [
+            ("rotation_sigma_deg", self.rotation_sigma_deg),
+            ("translation_sigma_mm", self.translation_sigma_mm),
+            ("reprojection_rms_px", self.reprojection_rms_px),
+        ];
+        numbers
+            .into_iter()
+            .try_for_each(|(key, value)| at_least_0(value, || format!("the {key} of frame {}", self.name)))
+    }
+}
+
+impl PointMotion {
+    fn validate(&self) -> Result<(), String> {
+        let what = |key: &str| format!("the {key} of point {}", self.id);
+        finite(&self.position, || what("position"))?;
+        at_least_0(self.sigma_mm, || what("sigma_mm"))?;
+        at_least_0(self.reprojection_rms_px, || what("reprojection_rms_px"))
     }
 }

@@ -7,7 +7,7 @@ use super::scale::{by_landmarks, by_lengths};
 use super::{MotionOptions, Problem};
 use crate::clock::Clock;
 use crate::faces::{median, tally};
-use crate::{CameraSource, FacewrightError, Method, SourcedCamera, Tracks};
+use crate::{CameraSource, FacewrightError, Method, Schema, SourcedCamera, Tracks};
 use geometry::{Mat3, Transform, Vec3};
 use motion::sequence::Sequence;
 use nalgebra::UnitQuaternion;
@@ -43,6 +43,7 @@ pub(super) fn report(
     let focal_sigma_px = motion.focal_sigma_px.take();
     clock.lap("report");
     let mut motion = HeadMotion {
+        schema: Schema,
         version: env!("CARGO_PKG_VERSION").to_owned(),
         method: Method::Default,
         warnings: warnings(tracks, &frames, problem, &motion, focal_sigma_px),

@@ -1,5 +1,6 @@
 //! The report of a reconstruction: what `report.json` holds.
 
+use crate::formats::{self, Format, Schema, at_least_0, finite, null_is_default, once};
 use crate::{CameraSource, FacewrightError, Method, SourcedCamera};
 use geometry::{Camera, Transform};
 use serde::{Deserialize, Serialize};
@@ -14,6 +15,7 @@ pub struct FrameReport {
     /// Whether shape and texture were taken from it.
     pub used: bool,
     /// Why, or why not.
+    #[serde(default, deserialize_with = "null_is_default")]
     pub reason: String,
     /// Head pose; `null` where no face was found.
     pub cam_from_head: Option<Transform>,
@@ -98,6 +100,9 @@ pub struct TextureReport {
 /// `report.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
+    /// Version of the file's fields.
+    #[serde(default)]
+    pub schema: Schema,
     /// Version of Facewright.
     pub version: String,
     /// Chain of steps.
@@ -113,12 +118,16 @@ pub struct Report {
     /// Size.
     pub scale: Scale,
     /// Fit.
+    #[serde(default)]
     pub fit: FitReport,
     /// Texture.
+    #[serde(default)]
     pub texture: TextureReport,
     /// Seconds per stage.
+    #[serde(default)]
     pub timings_s: BTreeMap<String, f64>,
     /// What the artist should know.
+    #[serde(default)]
     pub warnings: Vec<String>,
 }
 
@@ -126,6 +135,7 @@ impl Report {
     /// The report of a head that nothing was measured of.
     pub(crate) fn empty() -> Self {
         Self {
+            schema: Schema,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             method: Method::Default,
             camera: SourcedCamera { camera: Camera::centred(1, 1, 1.0), source: CameraSource::Estimated },
@@ -140,13 +150,55 @@ impl Report {
         }
     }
 
-    /// Reads `report.json`.
+    /// Reads `report.json` of a result folder.
+    ///
+    /// # Errors
+    /// [`FacewrightError::NoResult`] where there is none, or what it says cannot be.
     pub fn read(path: &Path) -> Result<Self, FacewrightError> {
         let no_result = |reason: String| FacewrightError::NoResult {
             path: path.parent().unwrap_or(Path::new(".")).to_owned(),
-            reason,
+            reason: format!("report.json: {reason}"),
         };
-        let text = std::fs::read_to_string(path).map_err(|e| no_result(format!("report.json: {e}")))?;
-        serde_json::from_str(&text).map_err(|e| no_result(format!("report.json: {e}")))
+        let text = std::fs::read_to_string(path).map_err(|e| no_result(e.to_string()))?;
+        formats::content(&text).map_err(no_result)
+    }
+
+    /// Reads the text of a `report.json`.
+    ///
+    /// # Errors
+    /// [`FacewrightError::Read`] where it is none, or what it says cannot be.
+    pub fn parse(text: &str) -> Result<Self, FacewrightError> {
+        formats::parse(text)
+    }
+
+    /// Writes a `report.json`, whole or not at all.
+    pub fn write(&self, path: &Path) -> Result<(), FacewrightError> {
+        formats::write(path, self)
+    }
+}
+
+impl Format for Report {
+    const FILE: &'static str = "report.json";
+    const HOLDS: &'static str = "report";
+    const KEYS: &'static [&'static str] = &["frames", "landmarks68"];
+
+    fn validate(&self) -> Result<(), String> {
+        self.camera.camera.validate().map_err(|e| e.to_string())?;
+        self.scale.validate()?;
+        once(self.frames.iter().map(|frame| frame.name.as_str()), "frame")?;
+        for frame in &self.frames {
+            at_least_0(frame.reprojection_rms_px, || format!("the reprojection_rms_px of frame {}", frame.name))?;
+        }
+        self.landmarks68.iter().try_for_each(|point| finite(point, || "a landmark".to_owned()))
+    }
+}
+
+impl Scale {
+    /// What is wrong with it.
+    pub(crate) fn validate(&self) -> Result<(), String> {
+        if self.metres_per_unit != 1.0 {
+            return Err("its unit is no metre".to_owned());
+        }
+        at_least_0(self.relative_sigma, || "the relative_sigma of its scale".to_owned())
     }
 }

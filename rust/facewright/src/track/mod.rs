@@ -5,6 +5,7 @@
 //! - [`Anchors`]: the points of one frame in others, predicted by the head's [`Surface`].
 
 mod chain;
+mod edited;
 mod findings;
 pub(crate) mod pair;
 mod region;
@@ -13,6 +14,7 @@ mod search;
 mod sequence;
 mod surface;
 mod tracks;
+mod valid;
 
 pub use pair::{MatchOptions, MatchedPair, Matches, match_pair};
 pub use search::{Anchors, Scene, Search, SearchOptions, Seed, Sighting, seeds};

@@ -2,7 +2,7 @@
 
 use crate::faces::{TrackedSkin, observation};
 use crate::track::{Anchors, Scene, Search, SearchOptions, Seed, Sighting, Surface, View, seeds};
-use crate::{Assets, CameraSource, FacewrightError, FrameSet, Method, SourcedCamera, camera::starting_camera};
+use crate::{Assets, CameraSource, FacewrightError, FrameSet, Method, Schema, SourcedCamera, camera::starting_camera};
 use geometry::{Camera, Progress, Vec2};
 use head::fit::{FitOptions, FrameObservation, fit_landmarks};
 use image::GrayImage;
@@ -88,6 +88,9 @@ impl MatchedPair {
 /// `matches.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Matches {
+    /// Version of the file's fields.
+    #[serde(default)]
+    pub schema: Schema,
     /// The pairs.
     pub pairs: Vec<MatchedPair>,
 }
@@ -113,7 +116,7 @@ pub fn match_pair(
         return Err(FacewrightError::TooFewMatches { found: kept });
     }
     [pair.a, pair.b] = [0, 1].map(|i| frames.frames[i].name.clone());
-    Ok(Matches { pairs: vec![pair] })
+    Ok(Matches { schema: Schema, pairs: vec![pair] })
 }
 
 /// The paper's: corners by the smaller eigenvalue, pyramidal Lucas–Kanade, local adjustment of cross matches. The pair has

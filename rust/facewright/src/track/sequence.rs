@@ -13,7 +13,7 @@ use super::surface::{SkinPoint, Surface, View};
 use super::{FrameTracks, PointObservation, PointTrack, Tracks};
 use crate::camera::starting_camera;
 use crate::faces::{Clip, KnownHead, SelectOptions, TrackedSkin, candidates, judge_all, yaw_pitch};
-use crate::{Assets, CameraSource, FacewrightError, FrameSet, Given, Method, SizeOptions, SourcedCamera};
+use crate::{Assets, CameraSource, FacewrightError, FrameSet, Given, Method, Schema, SizeOptions, SourcedCamera};
 use clap::Args;
 use geometry::mesh::at_barycentric;
 use geometry::{Progress, Transform, Vec2, Vec3};
@@ -352,6 +352,7 @@ impl<'a> Sequence<'a> {
             FrameTracks { name, used: counts[i] > 0, reason, cam_from_head: pose, points: counts[i] }
         };
         Tracks {
+            schema: Schema,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             method: self.options.method,
             camera,

@@ -1,5 +1,6 @@
 //! `tracks.json`: the same points of a face in many frames.
 
+use crate::formats::{self, Format, Schema, null_is_default};
 use crate::{FacewrightError, FrameSet, Method, SourcedCamera};
 use geometry::{Transform, Vec2};
 use serde::{Deserialize, Serialize};
@@ -93,16 +94,21 @@ pub struct FrameTracks {
     /// Whether points were found in it.
     pub used: bool,
     /// What it shows, or why nothing was found.
+    #[serde(default, deserialize_with = "null_is_default")]
     pub reason: String,
     /// Pose of the head by its landmarks; `null` where no face was found.
     pub cam_from_head: Option<Transform>,
     /// Points found.
+    #[serde(default)]
     pub points: usize,
 }
 
 /// `tracks.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tracks {
+    /// Version of the file's fields.
+    #[serde(default)]
+    pub schema: Schema,
     /// Version of Facewright.
     pub version: String,
     /// How they were tracked.
@@ -125,97 +131,35 @@ pub struct Tracks {
 
 impl Tracks {
     /// Reads a `tracks.json`.
-    pub fn read(path: &Path) -> Result<Self, FacewrightError> {
-        let read = |e: std::io::Error| FacewrightError::Read { path: path.to_owned(), reason: e.to_string() };
-        Self::parse(&std::fs::read_to_string(path).map_err(read)?)
-    }
-
-    /// Reads the text of a `tracks.json`.
     ///
     /// # Errors
-    /// [`FacewrightError::Tracks`] where it is none, or names frames that it does not list.
+    /// [`FacewrightError::Read`] where it is none, or what it says cannot be.
+    pub fn read(path: &Path) -> Result<Self, FacewrightError> {
+        formats::read(path)
+    }
+
+    /// Reads the text of a `tracks.json`; errors as those of [`Tracks::read`].
     pub fn parse(text: &str) -> Result<Self, FacewrightError> {
-        let refused = |reason: String| FacewrightError::Tracks { reason };
-        let tracks: Self = serde_json::from_str(text).map_err(|e| refused(e.to_string()))?;
-        let count = tracks.frames.len();
-        for track in &tracks.tracks {
-            let frames = || track.observations.iter().map(|o| o.frame);
-            let listed = frames().chain([track.reference]).all(|frame| frame < count);
-            let ascending = frames().zip(frames().skip(1)).all(|(a, b)| a < b);
-            let numbers = track.observations.iter().all(|o| o.pixel.iter().all(|x| x.is_finite()) && o.sigma_px > 0.0);
-            if !(listed && ascending && numbers) {
-                let reason = format!("point {} has frames that are not listed, or numbers that are none", track.id);
-                return Err(refused(reason));
-            }
-        }
-        Ok(tracks)
+        formats::parse(text)
+    }
+
+    /// Writes a `tracks.json`, whole or not at all.
+    pub fn write(&self, path: &Path) -> Result<(), FacewrightError> {
+        formats::write(path, self)
+    }
+
+    /// Says what cannot be in tracks that were put together by hand.
+    ///
+    /// # Errors
+    /// [`FacewrightError::Tracks`].
+    pub fn checked(self) -> Result<Self, FacewrightError> {
+        self.validate().map_err(|reason| FacewrightError::Tracks { reason })?;
+        Ok(self)
     }
 
     /// Refuses the tracks of other frames.
     pub(crate) fn check(&self, frames: &FrameSet) -> Result<(), FacewrightError> {
         let (camera, names) = (&self.camera.camera, self.frames.iter().map(|frame| &frame.name));
         frames.is_clip_of(names, (camera.width, camera.height)).map_err(|reason| FacewrightError::Tracks { reason })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::CameraSource;
-    use geometry::Camera;
-
-    fn tracks(observations: &[(usize, f64, f64, f64)]) -> Tracks {
-        let frame = |name: &str| FrameTracks {
-            name: name.to_owned(),
-            used: true,
-            reason: String::new(),
-            cam_from_head: None,
-            points: 1,
-        };
-        Tracks {
-            version: String::new(),
-            method: Method::Default,
-            camera: SourcedCamera { camera: Camera::centred(64, 48, 60.0), source: CameraSource::Board },
-            interocular: None,
-            window: 11,
-            frames: vec![frame("a"), frame("b")],
-            tracks: vec![PointTrack {
-                id: 7,
-                reference: 0,
-                region: Region::Mouth,
-                place: None,
-                observations: observations.iter().copied().map(PointObservation::from).collect(),
-                gaps: vec![PointGap { first: 1, last: 1, reason: "no face".to_owned() }],
-            }],
-            warnings: Vec::new(),
-        }
-    }
-
-    fn read(tracks: &Tracks) -> Result<Tracks, FacewrightError> {
-        Tracks::parse(&serde_json::to_string(tracks).unwrap())
-    }
-
-    #[test]
-    fn what_was_written_is_read_again() {
-        let written = tracks(&[(0, 3.25, 4.5, 0.1)]);
-        let text = serde_json::to_string(&written).unwrap();
-        assert!(text.contains(r#""observations":[[0,3.25,4.5,0.1]],"gaps":[[1,1,"no face"]]"#), "{text}");
-        assert_eq!(read(&written).unwrap(), written);
-    }
-
-    #[test]
-    fn broken_tracks_are_refused_in_words() {
-        assert!(Tracks::parse("{").unwrap_err().to_string().starts_with("these are no tracks"));
-        let broken: [&[(usize, f64, f64, f64)]; 3] =
-            [&[(2, 1.0, 1.0, 0.1)], &[(1, 1.0, 1.0, 0.1), (0, 1.0, 1.0, 0.1)], &[(0, 1.0, 1.0, 0.0)]];
-        for observations in broken {
-            assert!(read(&tracks(observations)).unwrap_err().to_string().contains("point 7"));
-        }
-    }
-
-    #[test]
-    fn tracks_of_another_clip_are_refused() {
-        let none = FrameSet::of(Vec::new(), 64, 48);
-        assert!(tracks(&[]).check(&none).unwrap_err().to_string().contains("the clip has 0"));
     }
 }

@@ -1,8 +1,9 @@
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from os import PathLike
 from typing import Generic, Literal, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 T = TypeVar("T")
 
@@ -66,6 +67,559 @@ class Reconstruction:
     def write(self, folder: str) -> None:
         """Write head.glb, texture.png, eyes.png and report.json, all or none."""
 
+class Camera:
+    """A camera.json: a pinhole camera with a lens, and the pictures of a board that it was calibrated from.
+
+    Pixels: x right, y down, centres at integers. A point (X, Y, Z) of the camera frame (x right, y down, z forward)
+    with x = X/Z, y = Y/Z, r² = x² + y² is seen at
+    u = fx (x (1 + k1 r² + k2 r⁴ + k3 r⁶) + 2 p1 x y + p2 (r² + 2 x²)) + cx, and v alike.
+    """
+
+    @staticmethod
+    def parse(text: str) -> Camera:
+        """Read the text of a camera.json; raises :class:`FacewrightError` with what is wrong."""
+    @staticmethod
+    def read(path: str | PathLike[str]) -> Camera:
+        """Read a camera.json; raises :class:`FacewrightError` with what is wrong."""
+    def write(self, path: str | PathLike[str]) -> None:
+        """Write a camera.json, whole or not at all."""
+    def to_json(self) -> str:
+        """The text of a camera.json, in one line."""
+    @property
+    def width(self) -> int:
+        """Width of the pictures, pixels."""
+    @property
+    def height(self) -> int:
+        """Height of the pictures, pixels."""
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the pictures, pixels."""
+    @property
+    def fx(self) -> float:
+        """Focal length along x, pixels."""
+    @property
+    def fy(self) -> float:
+        """Focal length along y, pixels."""
+    @property
+    def cx(self) -> float:
+        """Principal point, pixels from the centre of the top left pixel."""
+    @property
+    def cy(self) -> float:
+        """Principal point, pixels from the centre of the top left pixel."""
+    @property
+    def k1(self) -> float:
+        """First radial coefficient."""
+    @property
+    def k2(self) -> float:
+        """Second radial coefficient."""
+    @property
+    def k3(self) -> float:
+        """Third radial coefficient."""
+    @property
+    def p1(self) -> float:
+        """First tangential coefficient."""
+    @property
+    def p2(self) -> float:
+        """Second tangential coefficient."""
+    @property
+    def source(self) -> Literal["board", "exif", "estimated"]:
+        """Where the numbers come from."""
+    @property
+    def rms_px(self) -> float | None:
+        """Root mean square reprojection error of all corners, pixels; None where no board is told of, as below."""
+    @property
+    def hold_out_rms_px(self) -> float | None:
+        """The same of corners in pictures that were left out."""
+    @property
+    def deviations(self) -> dict[str, float]:
+        """Standard deviations of the numbers by their names; 0 where a number was fixed, empty where none are known."""
+    @property
+    def bend(self) -> BoardBend | None:
+        """How far the board is from flat, where the pictures tell."""
+    @property
+    def boards(self) -> list[Board]:
+        """The boards looked for."""
+    @property
+    def images(self) -> list[BoardImage]:
+        """What became of each picture."""
+    @property
+    def warnings(self) -> list[str]:
+        """What to photograph next, and what to distrust."""
+
+class BoardBend:
+    """How far a board is from flat."""
+
+    @property
+    def bulge_mm(self) -> float:
+        """Highest less lowest corner, millimetres."""
+    @property
+    def deviation_mm(self) -> float:
+        """Its standard deviation."""
+
+class Board:
+    """A board of equal squares: x along the rows, y from row to row, z = 0, the origin in the first corner."""
+
+    @property
+    def columns(self) -> int:
+        """Of a checkerboard the inner corners in a row, otherwise the black squares in a row."""
+    @property
+    def rows(self) -> int:
+        """Rows of them."""
+    @property
+    def square(self) -> float:
+        """Side of a square, metres."""
+    @property
+    def gap(self) -> float | None:
+        """Between separate squares, in parts of a square's side; None for a checkerboard."""
+
+class BoardImage:
+    """What became of a picture of the board."""
+
+    @property
+    def name(self) -> str:
+        """File name without extension."""
+    @property
+    def found(self) -> bool:
+        """Whether the board was found."""
+    @property
+    def used(self) -> bool:
+        """Whether the camera was calibrated from it."""
+    @property
+    def reason(self) -> str:
+        """Why not; empty if it was."""
+    @property
+    def board(self) -> int | None:
+        """Number of the board that it shows."""
+    @property
+    def rms_px(self) -> float | None:
+        """Root mean square reprojection error of its corners, pixels."""
+    @property
+    def worst_px(self) -> float | None:
+        """Largest error of a corner, pixels."""
+    @property
+    def hold_out_rms_px(self) -> float | None:
+        """The same as `rms_px` with a camera calibrated without this picture."""
+    @property
+    def cam_from_board(self) -> NDArray[np.float64] | None:
+        """(4, 4) pose of the board, metres; of a picture that was used."""
+    @property
+    def corner_indices(self) -> NDArray[np.int64]:
+        """(n,) numbers of the corners that were seen, row by row of the board."""
+    @property
+    def corners(self) -> NDArray[np.float64]:
+        """(n, 2) where they were seen, pixels."""
+    @property
+    def residuals(self) -> NDArray[np.float64]:
+        """(n, 2) seen less projected, pixels."""
+
+class Rig:
+    """A rig.json: several cameras that were calibrated at once, and where they stand.
+
+    The rig's frame is that of its first camera: x right, y down, z forward, metres.
+    """
+
+    @staticmethod
+    def parse(text: str) -> Rig:
+        """Read the text of a rig.json; raises :class:`FacewrightError` with what is wrong."""
+    @staticmethod
+    def read(path: str | PathLike[str]) -> Rig:
+        """Read a rig.json; raises :class:`FacewrightError` with what is wrong."""
+    def write(self, path: str | PathLike[str]) -> None:
+        """Write a rig.json, whole or not at all."""
+    def to_json(self) -> str:
+        """The text of a rig.json, in one line."""
+    @property
+    def cameras(self) -> list[MountedCamera]:
+        """The cameras, in the order given."""
+    @property
+    def names(self) -> list[str]:
+        """Their names."""
+    def camera(self, name: str) -> Camera:
+        """One of the cameras by its name, as a camera.json; raises :class:`FacewrightError` where there is none."""
+    @property
+    def rms_px(self) -> float:
+        """Root mean square reprojection error of all corners, pixels."""
+    @property
+    def hold_out_rms_px(self) -> float | None:
+        """The same with each moment left out of the calibration it is held against."""
+    @property
+    def warnings(self) -> list[str]:
+        """What to photograph next, and what to distrust."""
+    def __len__(self) -> int: ...
+
+class MountedCamera:
+    """A camera of a rig, and where it stands."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+    @property
+    def camera(self) -> Camera:
+        """All of its camera.json."""
+    @property
+    def camera_from_rig(self) -> NDArray[np.float64]:
+        """(4, 4) where it stands, metres; the identity for the first one."""
+    @property
+    def rotation_deviations(self) -> NDArray[np.float64]:
+        """(3,) standard deviations of small turns about its axes, radians."""
+    @property
+    def translation_deviations(self) -> NDArray[np.float64]:
+        """(3,) standard deviations of the translation along its axes, metres."""
+    @property
+    def covariance(self) -> NDArray[np.float64]:
+        """(6, 6) covariance of both, in this order."""
+    @property
+    def baseline(self) -> float:
+        """Distance of its centre from the first camera's, metres."""
+    @property
+    def baseline_deviation(self) -> float:
+        """Standard deviation of that distance."""
+
+Region = Literal["skin", "mouth", "eyes", "brows"]
+
+class Tracks:
+    """A tracks.json: the same points of a face in many frames."""
+
+    @staticmethod
+    def parse(text: str) -> Tracks:
+        """Read the text of a tracks.json; raises :class:`FacewrightError` with what is wrong."""
+    @staticmethod
+    def read(path: str | PathLike[str]) -> Tracks:
+        """Read a tracks.json; raises :class:`FacewrightError` with what is wrong."""
+    def write(self, path: str | PathLike[str]) -> None:
+        """Write a tracks.json, whole or not at all."""
+    def to_json(self) -> str:
+        """The text of a tracks.json, in one line."""
+    def with_tracks(self, tracks: Sequence[Track]) -> Tracks:
+        """The same frames with other tracks, checked; the points of each frame are counted."""
+    def of_frames(self, names: Sequence[str]) -> Tracks:
+        """As they concern other frames of the same clip, known by their names; some may not have been tracked."""
+    @property
+    def version(self) -> str:
+        """Version of Facewright."""
+    @property
+    def method(self) -> Literal["default", "paper"]:
+        """How they were tracked."""
+    @property
+    def camera(self) -> Camera:
+        """The camera; its focal length is the landmarks' estimate unless it was calibrated."""
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the pictures, pixels."""
+    @property
+    def interocular(self) -> float | None:
+        """Distance between the pupils of the landmarks' head, whose poses the frames have, metres."""
+    @property
+    def window(self) -> int:
+        """Side of the tracker's window in the first reference frame, pixels."""
+    @property
+    def frames(self) -> list[TrackedFrame]:
+        """Every frame given."""
+    @property
+    def tracks(self) -> list[Track]:
+        """The points."""
+    @property
+    def warnings(self) -> list[str]:
+        """What the artist should know."""
+    def __len__(self) -> int: ...
+
+class TrackedFrame:
+    """A frame of a sequence that was tracked."""
+
+    @property
+    def name(self) -> str:
+        """File name without extension."""
+    @property
+    def used(self) -> bool:
+        """Whether points were found in it."""
+    @property
+    def reason(self) -> str:
+        """What it shows, or why nothing was found."""
+    @property
+    def cam_from_head(self) -> NDArray[np.float64] | None:
+        """(4, 4) pose of the head by its landmarks, metres; None where no face was found."""
+    @property
+    def points(self) -> int:
+        """Points found."""
+
+class Track:
+    """A point of the face in the frames in which it was found."""
+
+    def __new__(
+        cls,
+        id: int,
+        *,
+        reference: int,
+        region: str,
+        frames: Sequence[int] | NDArray[np.int64],
+        points: ArrayLike,
+        sigmas: ArrayLike,
+        missing: Mapping[int, str] = ...,
+        place: Sequence[float] | None = None,
+    ) -> Track:
+        """A point that was found in `frames`, ascending, at `points` (n, 2) pixels with standard deviations `sigmas`.
+
+        `missing` gives a reason for frames in which it was not found. What contradicts itself is refused when the
+        track comes into a :class:`Tracks`.
+        """
+    def with_id(self, id: int) -> Track:
+        """The same with another number."""
+    @property
+    def id(self) -> int:
+        """Its number, unique among the tracks."""
+    @property
+    def reference(self) -> int:
+        """Index of the frame in which it was chosen."""
+    @property
+    def region(self) -> Region:
+        """What it belongs to."""
+    @property
+    def frames(self) -> NDArray[np.int64]:
+        """(n,) indices of the frames in which it was found, ascending."""
+    @property
+    def points(self) -> NDArray[np.float64]:
+        """(n, 2) where it was found, pixels of the picture as filmed: x right, y down, centres at integers."""
+    @property
+    def sigmas(self) -> NDArray[np.float64]:
+        """(n,) one standard deviation along each axis, pixels."""
+    @property
+    def gaps(self) -> list[tuple[int, int, str]]:
+        """First and last index of the frames in which it was not found, and why."""
+    @property
+    def place(self) -> tuple[float, float, float] | None:
+        """Where it is on the landmarks' head at rest, head frame, metres; the artist's own points have no place."""
+
+class Motion:
+    """A motion.json: the pose of the head in every frame, and a metric cloud of its points."""
+
+    @staticmethod
+    def parse(text: str) -> Motion:
+        """Read the text of a motion.json; raises :class:`FacewrightError` with what is wrong."""
+    @staticmethod
+    def read(path: str | PathLike[str]) -> Motion:
+        """Read a motion.json; raises :class:`FacewrightError` with what is wrong."""
+    def write(self, path: str | PathLike[str]) -> None:
+        """Write a motion.json, whole or not at all."""
+    def to_json(self) -> str:
+        """The text of a motion.json, in one line."""
+    @property
+    def version(self) -> str:
+        """Version of Facewright."""
+    @property
+    def method(self) -> Literal["default", "paper"]:
+        """How it was solved."""
+    @property
+    def camera(self) -> Camera:
+        """The camera, its focal length refined unless it was calibrated."""
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the pictures, pixels."""
+    @property
+    def focal_sigma_px(self) -> float | None:
+        """Standard deviation of a refined focal length, pixels; None where it was given."""
+    @property
+    def frames(self) -> list[MotionFrame]:
+        """Every frame of the tracks."""
+    @property
+    def poses(self) -> NDArray[np.float64]:
+        """(n, 4, 4) cam_from_head of every frame, metres; NaN where there is no pose."""
+    @property
+    def posed(self) -> list[int]:
+        """Indices of the frames that have a pose."""
+    @property
+    def points(self) -> MotionPoints:
+        """Every point that has a place."""
+    @property
+    def scale(self) -> Scale:
+        """What the size rests on."""
+    @property
+    def reprojection_rms_px(self) -> float:
+        """Root mean square distance of points from where they are seen, pixels, over all that agree."""
+    @property
+    def roughness(self) -> Roughness:
+        """How unsteady it is."""
+    @property
+    def timings_s(self) -> dict[str, float]:
+        """Seconds per stage."""
+    @property
+    def warnings(self) -> list[str]:
+        """What the artist should know."""
+
+class MotionFrame:
+    """A frame of a motion."""
+
+    @property
+    def name(self) -> str:
+        """File name without extension."""
+    @property
+    def used(self) -> bool:
+        """Whether the head could be placed in it."""
+    @property
+    def reason(self) -> str:
+        """What it rests on, or why there is no pose."""
+    @property
+    def cam_from_head(self) -> NDArray[np.float64] | None:
+        """(4, 4) pose of the head, metres; None where it was left out."""
+    @property
+    def rotation_sigma_deg(self) -> float | None:
+        """Standard deviation of the rotation, degrees, root of the sum over the axes."""
+    @property
+    def translation_sigma_mm(self) -> float | None:
+        """Standard deviation of the position at the head's middle, millimetres, root of the sum over the axes."""
+    @property
+    def reprojection_rms_px(self) -> float | None:
+        """Root mean square distance of its points from where they are seen, pixels."""
+    @property
+    def points(self) -> int:
+        """Points that agree with the pose."""
+
+class MotionPoints:
+    """The points of a motion as arrays of one length."""
+
+    @property
+    def ids(self) -> NDArray[np.int64]:
+        """(n,) numbers of their tracks."""
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """(n, 3) head frame, metres."""
+    @property
+    def sigmas_mm(self) -> NDArray[np.float64]:
+        """(n,) standard deviations, millimetres, root mean square over the axes."""
+    @property
+    def frames(self) -> NDArray[np.int64]:
+        """(n,) how many frames agree with each."""
+    @property
+    def reprojection_rms_px(self) -> NDArray[np.float64]:
+        """(n,) root mean square distances from where they are seen in those, pixels."""
+    @property
+    def regions(self) -> list[Region]:
+        """What each belongs to."""
+    @property
+    def moves(self) -> NDArray[np.bool_]:
+        """(n,) whether each moves against the head, and took no part in the motion."""
+    def __len__(self) -> int: ...
+
+class Roughness:
+    """How unsteady a motion is: median second differences over neighbouring frames."""
+
+    @property
+    def rotation_deg(self) -> float:
+        """Of the rotation, degrees."""
+    @property
+    def translation_mm(self) -> float:
+        """Of the middle of the points, millimetres."""
+
+class Report:
+    """A report.json: what was done for a head, and how well."""
+
+    @staticmethod
+    def parse(text: str) -> Report:
+        """Read the text of a report.json; raises :class:`FacewrightError` with what is wrong."""
+    @staticmethod
+    def read(path: str | PathLike[str]) -> Report:
+        """Read a report.json; raises :class:`FacewrightError` with what is wrong."""
+    def write(self, path: str | PathLike[str]) -> None:
+        """Write a report.json, whole or not at all."""
+    def to_json(self) -> str:
+        """The text of a report.json, in one line."""
+    @property
+    def version(self) -> str:
+        """Version of Facewright."""
+    @property
+    def method(self) -> Literal["default", "paper"]:
+        """Chain of steps."""
+    @property
+    def camera(self) -> Camera:
+        """The camera."""
+    @property
+    def frames(self) -> list[ReportFrame]:
+        """Every frame given."""
+    @property
+    def points(self) -> int:
+        """Number of measured 3D points."""
+    @property
+    def landmarks68(self) -> NDArray[np.float64]:
+        """(68, 3) iBUG landmarks on the result, head frame, metres."""
+    @property
+    def scale(self) -> Scale:
+        """What the size rests on."""
+    @property
+    def fit(self) -> FitReport:
+        """How well the head fits what was seen."""
+    @property
+    def texture(self) -> TextureReport:
+        """How the texture was made."""
+    @property
+    def timings_s(self) -> dict[str, float]:
+        """Seconds per stage."""
+    @property
+    def warnings(self) -> list[str]:
+        """What the artist should know."""
+
+class ReportFrame:
+    """What became of a frame."""
+
+    @property
+    def name(self) -> str:
+        """File name without extension."""
+    @property
+    def used(self) -> bool:
+        """Whether shape and texture were taken from it."""
+    @property
+    def reason(self) -> str:
+        """Why, or why not."""
+    @property
+    def cam_from_head(self) -> NDArray[np.float64] | None:
+        """(4, 4) pose of the head, metres; None where no face was found."""
+    @property
+    def reprojection_rms_px(self) -> float | None:
+        """Root mean square distance of its observations from the model, pixels."""
+
+class Scale:
+    """The size of a head and what it rests on."""
+
+    @property
+    def source(self) -> str:
+        """What fixed the size."""
+    @property
+    def relative_sigma(self) -> float:
+        """Standard deviation of the size, as part of it; 0 in files that do not tell."""
+
+class FitReport:
+    """How well a head fits what was seen."""
+
+    @property
+    def components(self) -> int:
+        """Components of the face class that were used."""
+    @property
+    def coefficient_rms(self) -> float:
+        """Root mean square of the class's coefficients, in its standard deviations."""
+    @property
+    def rigid_agreement(self) -> float:
+        """Part of the points' observations that one motion of the head explains, 0 to 1."""
+    @property
+    def points_median_mm(self) -> float:
+        """Median distance of the measured points from the head's surface, millimetres."""
+    @property
+    def landmarks_median_px(self) -> float:
+        """Median distance of the landmarks from their anchors, pixels."""
+    @property
+    def interocular_mm(self) -> float:
+        """Distance between the eyeballs' centres, millimetres."""
+
+class TextureReport:
+    """How a texture was made."""
+
+    @property
+    def size(self) -> int:
+        """Width and height, pixels."""
+    @property
+    def seen(self) -> float:
+        """Part of the skin's texels that some frame saw, 0 to 1."""
+    @property
+    def gains(self) -> dict[str, tuple[float, float, float]]:
+        """Gain of each used frame: red, green, blue."""
+
 def version() -> str:
     """Version of the library."""
 
@@ -96,9 +650,13 @@ def calibrate(
     squares: tuple[int, int] | None = None,
     gap_mm: float | None = None,
     square_mm: float = 25.5,
+    distortion_terms: int = 2,
+    tangential: bool = False,
+    square_pixels: bool = False,
+    bend: Literal["never", "judged", "always"] = "judged",
     picture: str | None = None,
-) -> Job[str]:
-    """Calibrate a camera from image files, folders or videos of a board; the result is camera.json as text.
+) -> Job[Camera]:
+    """Calibrate a camera from image files, folders or videos of a board.
 
     The board is described as for :func:`save_board`. The result is also drawn into `picture`, as by
     :func:`save_calibration_picture`.
@@ -111,65 +669,71 @@ def calibrate_rig(
     squares: tuple[int, int] | None = None,
     gap_mm: float | None = None,
     square_mm: float = 25.5,
+    distortion_terms: int = 2,
+    tangential: bool = False,
+    square_pixels: bool = False,
+    bend: Literal["never", "judged", "always"] = "judged",
     picture: str | None = None,
-) -> Job[str]:
-    """Calibrate cameras that saw one board at the same moments, and where they stand; the result is rig.json as text.
+) -> Job[Rig]:
+    """Calibrate cameras that saw one board at the same moments, and where they stand.
 
     `cameras` are (name, pictures). Pictures with the same number at the end of their names belong to one moment;
     without numbers, the k-th ones of all cameras do.
     """
 
-def save_calibration_picture(text: str, path: str) -> None:
-    """Draw a camera.json or rig.json, given as text, into the SVG, PDF or PNG that the path's extension says."""
+def save_calibration_picture(calibration: Camera | Rig | str, path: str) -> None:
+    """Draw a camera or a rig, or the text of its file, into the SVG, PDF or PNG that the path's extension says."""
 
 def track(
     frames: Sequence[str],
     *,
     assets: str,
-    camera: str | None = None,
+    camera: Camera | str | None = None,
     method: Literal["default", "paper"] = "default",
     points: int = 200,
     window: int | None = None,
-) -> Job[str]:
-    """Track points of the face through image files, folders or videos; the result is tracks.json as text.
+) -> Job[Tracks]:
+    """Track points of the face through image files, folders or videos.
 
-    `camera` is camera.json as text. `points` are wanted in each frame in which points are chosen; `window` is the side
-    of the tracker's window in pixels, odd.
+    `camera` may also be the text of a camera.json. `points` are wanted in each frame in which points are chosen;
+    `window` is the side of the tracker's window in pixels, odd.
     """
 
 def motion(
-    tracks: str,
+    tracks: Tracks | str,
     *,
-    camera: str | None = None,
+    camera: Camera | str | None = None,
     interocular_mm: float | None = None,
     lengths: Sequence[tuple[int, int, float]] = (),
-) -> Job[str]:
-    """Solve for the head's pose in every frame and the places of its points; the result is motion.json as text.
+) -> Job[Motion]:
+    """Solve for the head's pose in every frame and the places of its points.
 
-    `tracks` is tracks.json as text, `camera` camera.json as text, instead of the camera of the tracks. `lengths` are
+    `camera` is taken instead of the camera of the tracks; the text of either's file will do. `lengths` are
     (number of a track, number of another, millimetres between them) as measured on the head.
     """
 
-def motion_on_rig(films: Sequence[tuple[str, str]], rig: str) -> Job[str]:
+def motion_on_rig(films: Sequence[tuple[str, Tracks | str]], rig: Rig | str) -> Job[Motion]:
     """Solve for the motion that the first film shows; the places of the rig's cameras give its size.
 
-    `films` are names of the rig's cameras with the tracks.json, as text, of the film each took at the same moments;
-    `rig` is rig.json as text. The result is motion.json as text.
+    `films` are names of the rig's cameras with the tracks of the film each took at the same moments; the texts of the
+    files will do.
     """
 
 def reconstruct(
     frames: Sequence[str],
     *,
     assets: str,
-    camera: str | None = None,
+    camera: Camera | str | None = None,
     method: Literal["default", "paper"] = "default",
     texture_size: int = 2048,
     interocular_mm: float | None = None,
-    tracks: str | None = None,
+    tracks: Tracks | str | None = None,
+    motion: Motion | str | None = None,
 ) -> Job[Reconstruction]:
-    """Reconstruct the head in image files, folders or videos; `camera` is camera.json as text.
+    """Reconstruct the head in image files, folders or videos.
 
-    `tracks` is tracks.json of the same frames as text, to use instead of tracking; only with the method `default`.
+    `tracks` and `motion` of the same frames are used instead of finding them anew; only with the method `default`. The
+    texts of the files will do.
     """
 
 def generic_head(assets: str) -> Reconstruction:

@@ -38,6 +38,7 @@ fn calibrated(count: usize, missing: &[usize], bad: Option<usize>) -> Calibrated
         }
     };
     CalibratedCamera {
+        schema: crate::Schema,
         camera: SourcedCamera { camera: lens(), source: CameraSource::Board },
         rms_px: 0.18,
         hold_out_rms_px: Some(0.21),

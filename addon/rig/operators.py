@@ -1,0 +1,151 @@
+"""The rig's buttons."""
+
+import bpy
+
+from ..calibrate.actions import BoardSettings, LensSettings, set_camera
+from ..engine import FacewrightError, Rig
+from ..jobs import Work
+from ..modal import FileOperator, Result, WorkOperator, idle
+from . import actions
+
+
+class FACEWRIGHT_OT_add_rig_folder(bpy.types.Operator):
+    """Add a camera by the folder of its pictures of the board"""
+
+    bl_idname = "facewright.add_rig_folder"
+    bl_label = "Add Camera"
+    bl_options = {"REGISTER", "UNDO"}
+
+    directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE", "HIDDEN"})
+    filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN", "SKIP_SAVE"})
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> Result:
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: bpy.types.Context) -> Result:
+        try:
+            name = actions.add_folder(context.scene.facewright_rig, bpy.path.abspath(self.directory))
+        except FacewrightError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self.report({"INFO"}, f"Camera {name} added")
+        return {"FINISHED"}
+
+
+class FACEWRIGHT_OT_remove_rig_folder(bpy.types.Operator):
+    """Take this camera off the list; its pictures stay"""
+
+    bl_idname = "facewright.remove_rig_folder"
+    bl_label = "Remove Camera"
+    bl_options = {"REGISTER", "UNDO"}
+
+    index: bpy.props.IntProperty(name="Camera", description="Its place in the list", min=0, options={"SKIP_SAVE"})
+
+    def execute(self, context: bpy.types.Context) -> Result:
+        folders = context.scene.facewright_rig.folders
+        if self.index >= len(folders):
+            return {"CANCELLED"}
+        folders.remove(self.index)
+        return {"FINISHED"}
+
+
+class FACEWRIGHT_OT_calibrate_rig(WorkOperator, bpy.types.Operator):
+    """Calibrate all cameras at once, and where they stand, from pictures of one board at the same moments"""
+
+    bl_idname = "facewright.calibrate_rig"
+    bl_label = "Calibrate Rig"
+    bl_options = {"UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if len(context.scene.facewright_rig.folders) < actions.FEWEST:
+            cls.poll_message_set("Add the folders of two cameras or more first")
+            return False
+        return idle(cls)
+
+    def start(self, context: bpy.types.Context) -> Work[Rig]:
+        settings = context.scene.facewright_camera
+        folders = [(row.name, bpy.path.abspath(row.path)) for row in context.scene.facewright_rig.folders]
+        options = BoardSettings.of(settings).arguments | LensSettings.of(settings).arguments
+        return actions.calibrated(folders, options)
+
+    def finish(self, context: bpy.types.Context, result: Rig) -> str:
+        return actions.set_rig(context.scene, result)
+
+
+class FACEWRIGHT_OT_open_rig(FileOperator, bpy.types.Operator):
+    """Open a rig.json"""
+
+    bl_idname = "facewright.open_rig"
+    bl_label = "Open Rig"
+    bl_options = {"REGISTER", "UNDO"}
+
+    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
+
+    def work(self, context: bpy.types.Context, path: str) -> str:
+        return actions.set_rig(context.scene, Rig.read(path))
+
+
+class FACEWRIGHT_OT_save_rig(FileOperator, bpy.types.Operator):
+    """Save the rig as rig.json, for other scenes and the command line"""
+
+    bl_idname = "facewright.save_rig"
+    bl_label = "Save Rig"
+    bl_options = {"REGISTER"}
+
+    filepath: bpy.props.StringProperty(subtype="FILE_PATH", default="rig.json", options={"SKIP_SAVE"})
+    filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
+    check_existing: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return has_rig(cls, context)
+
+    def work(self, context: bpy.types.Context, path: str) -> str:
+        return actions.save(path, context.scene.facewright_rig.text)
+
+
+class FACEWRIGHT_OT_forget_rig(bpy.types.Operator):
+    """Take the rig out of the scene; the camera that was chosen stays"""
+
+    bl_idname = "facewright.forget_rig"
+    bl_label = "Forget Rig"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context: bpy.types.Context) -> Result:
+        actions.forget(context.scene)
+        return {"FINISHED"}
+
+
+class FACEWRIGHT_OT_choose_rig_camera(bpy.types.Operator):
+    """Use this camera of the rig: the clip was filmed with it"""
+
+    bl_idname = "facewright.choose_rig_camera"
+    bl_label = "Choose Camera"
+    bl_options = {"REGISTER", "UNDO"}
+
+    name: bpy.props.StringProperty(name="Camera", description="Its name in the rig", options={"SKIP_SAVE"})
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return has_rig(cls, context)
+
+    def execute(self, context: bpy.types.Context) -> Result:
+        try:
+            camera = actions.choose(context.scene, self.name)
+        except FacewrightError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        set_camera(context.scene, camera.to_json())
+        self.report({"INFO"}, f"The clip was filmed with {self.name}, focal {camera.fx:.1f} px")
+        return {"FINISHED"}
+
+
+def has_rig(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
+    """Whether a rig is known; tells the artist otherwise."""
+    if actions.known(context.scene.facewright_rig.text) is None:
+        operator.poll_message_set("Calibrate or open a rig first")
+        return False
+    return True

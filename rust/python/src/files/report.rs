@@ -1,0 +1,183 @@
+//! `report.json`.
+
+use super::{Camera, Rows, file_class, matrix, rows, word};
+use facewright::FrameReport;
+use pyo3::prelude::*;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// A report.json: what was done for a head, and how well.
+#[pyclass(frozen, eq, from_py_object, module = "facewright")]
+#[derive(Clone, PartialEq)]
+pub struct Report(Arc<facewright::Report>);
+
+file_class!(Report, facewright::Report, "report.json");
+
+#[pymethods]
+impl Report {
+    /// Version of Facewright.
+    #[getter]
+    fn version(&self) -> &str {
+        &self.0.version
+    }
+
+    /// Chain of steps: `default` or `paper`.
+    #[getter]
+    fn method(&self) -> String {
+        word(&self.0.method)
+    }
+
+    /// The camera.
+    #[getter]
+    fn camera(&self) -> Camera {
+        Camera::numbers(self.0.camera)
+    }
+
+    /// Every frame given.
+    #[getter]
+    fn frames(&self) -> Vec<ReportFrame> {
+        self.0.frames.iter().cloned().map(ReportFrame).collect()
+    }
+
+    /// Number of measured 3D points.
+    #[getter]
+    fn points(&self) -> usize {
+        self.0.points
+    }
+
+    /// (68, 3) iBUG landmarks on the result, head frame, metres.
+    #[getter]
+    fn landmarks68<'py>(&self, py: Python<'py>) -> Rows<'py> {
+        rows(py, &self.0.landmarks68)
+    }
+
+    /// What the size rests on.
+    #[getter]
+    fn scale(&self) -> Scale {
+        Scale::of(&self.0.scale)
+    }
+
+    /// How well the head fits what was seen.
+    #[getter]
+    fn fit(&self) -> FitReport {
+        let fit = &self.0.fit;
+        FitReport {
+            components: fit.components,
+            coefficient_rms: fit.coefficient_rms,
+            rigid_agreement: fit.rigid_agreement,
+            points_median_mm: fit.points_median_mm,
+            landmarks_median_px: fit.landmarks_median_px,
+            interocular_mm: fit.interocular_mm,
+        }
+    }
+
+    /// How the texture was made.
+    #[getter]
+    fn texture(&self) -> TextureReport {
+        let texture = &self.0.texture;
+        let gains = texture.gains.iter().map(|(name, gain)| (name.clone(), (*gain).into())).collect();
+        TextureReport { size: texture.size, seen: texture.seen, gains }
+    }
+
+    /// Seconds per stage.
+    #[getter]
+    fn timings_s(&self) -> BTreeMap<String, f64> {
+        self.0.timings_s.clone()
+    }
+
+    /// What the artist should know.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.0.warnings.clone()
+    }
+
+    fn __repr__(&self) -> String {
+        let used = self.0.frames.iter().filter(|frame| frame.used).count();
+        format!("<facewright.Report: {used} of {} frames, {} points>", self.0.frames.len(), self.0.points)
+    }
+}
+
+/// What became of a frame.
+#[pyclass(frozen, module = "facewright")]
+pub struct ReportFrame(FrameReport);
+
+#[pymethods]
+impl ReportFrame {
+    /// File name without extension.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.0.name
+    }
+
+    /// Whether shape and texture were taken from it.
+    #[getter]
+    fn used(&self) -> bool {
+        self.0.used
+    }
+
+    /// Why, or why not.
+    #[getter]
+    fn reason(&self) -> &str {
+        &self.0.reason
+    }
+
+    /// (4, 4) pose of the head, metres; None where no face was found.
+    #[getter]
+    fn cam_from_head<'py>(&self, py: Python<'py>) -> Option<Rows<'py>> {
+        self.0.cam_from_head.as_ref().map(|pose| matrix(py, pose))
+    }
+
+    /// Root mean square distance of its observations from the model, pixels.
+    #[getter]
+    fn reprojection_rms_px(&self) -> Option<f64> {
+        self.0.reprojection_rms_px
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<facewright.ReportFrame {}: {}>", self.0.name, self.0.reason)
+    }
+}
+
+/// The size of a head and what it rests on.
+#[pyclass(frozen, get_all, module = "facewright")]
+pub struct Scale {
+    /// What fixed the size.
+    source: String,
+    /// Standard deviation of the size, as part of it; 0 in files that do not tell.
+    relative_sigma: f64,
+}
+
+impl Scale {
+    /// The library's.
+    pub fn of(scale: &facewright::Scale) -> Self {
+        Self { source: scale.source.clone(), relative_sigma: scale.relative_sigma }
+    }
+}
+
+/// How well a head fits what was seen.
+#[pyclass(frozen, get_all, module = "facewright")]
+pub struct FitReport {
+    /// Components of the face class that were used.
+    components: usize,
+    /// Root mean square of the class's coefficients, in its standard deviations.
+    coefficient_rms: f64,
+    /// Part of the points' observations that one motion of the head explains, 0 to 1.
+    rigid_agreement: f64,
+    /// Median distance of the measured points from the head's surface, millimetres.
+    points_median_mm: f64,
+    /// Median distance of the landmarks from their anchors, pixels.
+    landmarks_median_px: f64,
+    /// Distance between the eyeballs' centres, millimetres.
+    interocular_mm: f64,
+}
+
+/// How a texture was made.
+#[pyclass(frozen, get_all, module = "facewright")]
+pub struct TextureReport {
+    /// Width and height, pixels.
+    size: u32,
+    /// Part of the skin's texels that some frame saw, 0 to 1.
+    seen: f64,
+    /// Gain of each used frame: red, green, blue.
+    gains: BTreeMap<String, (f64, f64, f64)>,
+}
