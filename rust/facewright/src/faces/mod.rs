@@ -25,7 +25,8 @@ pub use select::{Chosen, SelectOptions, candidates, check_turn, judge_all, media
 pub use skin::TrackedSkin;
 
 use crate::camera::starting_camera;
-use crate::{Assets, FacewrightError, FrameSet, Given, SizeOptions};
+use crate::formats::{self, Format, once};
+use crate::{Assets, FacewrightError, FrameSet, Given, Schema, SizeOptions};
 use geometry::Progress;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -42,9 +43,9 @@ pub struct FaceFrame {
 /// `faces.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Faces {
-    /// Version of the format.
-    #[serde(default = "schema")]
-    pub schema: u32,
+    /// Version of the file's fields.
+    #[serde(default)]
+    pub schema: Schema,
     /// Version of Facewright.
     pub version: String,
     /// Width of the frames, pixels.
@@ -55,8 +56,23 @@ pub struct Faces {
     pub frames: Vec<FaceFrame>,
 }
 
-fn schema() -> u32 {
-    Faces::SCHEMA
+impl Format for Faces {
+    const FILE: &'static str = "faces.json";
+    const HOLDS: &'static str = "faces";
+    const KEYS: &'static [&'static str] = &["frames", "width", "height"];
+
+    fn validate(&self) -> Result<(), String> {
+        once(self.frames.iter().map(|frame| frame.name.as_str()), "frame")?;
+        let seen = self.frames.iter().filter_map(|frame| Some((frame, frame.look.as_ref()?)));
+        for (frame, look) in seen {
+            let face = look.face.as_ref().map_or(Ok(()), |face| face.check());
+            face.map_err(|reason| format!("in {} {reason}", frame.name))?;
+            if !look.sharpness.is_finite() || look.sharpness < 0.0 {
+                return Err(format!("the sharpness of {} is no number from 0 up", frame.name));
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Finds the face in a clip's frames. Of what is given, the camera counts, and faces that were found before: their frames are not
@@ -75,14 +91,11 @@ pub fn find_faces(
 }
 
 impl Faces {
-    /// Version of the format that is written, and the newest that is read.
-    pub const SCHEMA: u32 = 1;
-
     /// Frames that nobody has looked at.
     pub(crate) fn unseen(frames: &FrameSet) -> Self {
         let frame = |frame: &crate::Frame| FaceFrame { name: frame.name.clone(), look: None };
         Self {
-            schema: Self::SCHEMA,
+            schema: Schema,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             width: frames.width,
             height: frames.height,
@@ -91,25 +104,21 @@ impl Faces {
     }
 
     /// Reads a `faces.json`.
-    pub fn read(path: &Path) -> Result<Self, FacewrightError> {
-        let read = |e: std::io::Error| FacewrightError::Read { path: path.to_owned(), reason: e.to_string() };
-        Self::parse(&std::fs::read_to_string(path).map_err(read)?)
-    }
-
-    /// Reads the text of a `faces.json`.
     ///
     /// # Errors
-    /// [`FacewrightError::Faces`] where it is none, or its numbers are none.
+    /// [`FacewrightError::Read`] where it is none, or what it says cannot be.
+    pub fn read(path: &Path) -> Result<Self, FacewrightError> {
+        formats::read(path)
+    }
+
+    /// Reads the text of a `faces.json`; errors as those of [`Faces::read`].
     pub fn parse(text: &str) -> Result<Self, FacewrightError> {
-        let refused = |reason: String| FacewrightError::Faces { reason };
-        let faces: Self = serde_json::from_str(text).map_err(|e| refused(e.to_string()))?;
-        if faces.schema > Self::SCHEMA {
-            return Err(refused(format!("they are of a newer kind ({}): update Facewright", faces.schema)));
-        }
-        for (frame, face) in faces.frames.iter().filter_map(|f| Some((f, f.look.as_ref()?.face.as_ref()?))) {
-            face.check().map_err(|reason| refused(format!("in {} {reason}", frame.name)))?;
-        }
-        Ok(faces)
+        formats::parse(text)
+    }
+
+    /// Writes a `faces.json`, whole or not at all.
+    pub fn write(&self, path: &Path) -> Result<(), FacewrightError> {
+        formats::write(path, self)
     }
 
     /// Refuses the faces of other frames.
