@@ -85,8 +85,6 @@ pub struct BakeOptions {
     pub method: Method,
     /// Fit the light and the gains of the views; without it the colours are taken as they are.
     pub shading: bool,
-    /// Give the texture in even light instead of the light of a frontal view.
-    pub delight: bool,
     /// Views count with the cosine of the viewing angle to this power.
     pub angle_power: f64,
     /// No view counts where it looks more slanted than this, radians.
@@ -109,7 +107,6 @@ impl Default for BakeOptions {
             size: 2048,
             method: Method::Default,
             shading: true,
-            delight: false,
             angle_power: 4.0,
             max_angle: 80f64.to_radians(),
             margin_px: 1.5,
@@ -222,9 +219,8 @@ fn blend_views(
     let prior = options.shading.then_some(Prior { shading: options.shading_prior, gain: options.gain_prior });
     let found = compare(&small, &poses, &cell_normals, prior.as_ref());
 
-    let reference = if options.delight { Reference::Even } else { Reference::Frontal };
     let light = found.light.clone().unwrap_or_else(|| Light::none(used.len()));
-    let shading = light.shading(reference);
+    let shading = light.shading(Reference::Frontal);
     let (levels, fine) = octaves(surface, map, finest);
     let mut blend = Blend::new(map.width, levels, fine);
     let mut atlas = Plane::new(map.width, map.height, [0.0; 4]);

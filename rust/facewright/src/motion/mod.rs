@@ -42,6 +42,9 @@ const TRACKER_PX: f64 = 1.0;
 /// … and by what skin slides on the skull, metres.
 const SKIN_M: f64 = 0.002;
 
+/// Frames that the first solution takes its structure from: enough to tell which tracks move with the skull.
+const FIRST_KEY_FRAMES: usize = 48;
+
 /// How [`solve_motion`] works.
 #[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
@@ -149,6 +152,9 @@ impl Problem {
         let options = SequenceOptions {
             initial_poses: Some(initial.to_vec()),
             start_poses: start.map(<[_]>::to_vec),
+            // The first solution is only a start for the second.
+            focal_sigma: start.is_some(),
+            key_frames: if start.is_some() { self.options.key_frames } else { FIRST_KEY_FRAMES },
             ..self.options.clone()
         };
         Ok(reconstruct_sequence(&tracks, camera, &options, progress)?)

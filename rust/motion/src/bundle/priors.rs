@@ -29,13 +29,6 @@ impl PointPrior {
         Self { point, position, information: Mat3::identity() / (sigma * sigma) }
     }
 
-    /// Near a surface: `across` its unit normal one standard deviation, `along` it another, metres.
-    pub fn near_surface(point: usize, position: Vec3, normal: &Vec3, across: f64, along: f64) -> Self {
-        let through = normal * normal.transpose();
-        let information = through / (across * across) + (Mat3::identity() - through) / (along * along);
-        Self { point, position, information }
-    }
-
     /// Cost and gradient of the squared residual at a point (half of the cost's derivative).
     pub(super) fn evaluate(&self, point: &Vec3) -> (f64, Vec3) {
         let offset = point - self.position;
@@ -100,12 +93,5 @@ mod tests {
                 assert!((difference / (2.0 * h) - jacobian.column(k)).norm() < 1e-5);
             }
         }
-    }
-
-    #[test]
-    fn a_surface_prior_lets_points_slide() {
-        let prior = PointPrior::near_surface(0, Vec3::zeros(), &Vec3::z(), 0.005, 0.5);
-        assert!((prior.evaluate(&Vec3::new(0.0, 0.0, 0.01)).0 - 4.0).abs() < 1e-9);
-        assert!(prior.evaluate(&Vec3::new(0.01, 0.0, 0.0)).0 < 1e-3);
     }
 }

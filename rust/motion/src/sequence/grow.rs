@@ -249,7 +249,7 @@ impl<'a> Reconstruction<'a> {
         self.remove_weak(&mut bundle.observations);
         let mut report = adjust(&mut bundle, &self.bundle_options(30, refine_focal), progress)?;
         self.adopt(&bundle);
-        let focal_sigma_px = match report.focal_sigma_px {
+        let focal_sigma_px = match report.focal_sigma_px.filter(|_| self.options.focal_sigma) {
             Some(own) => {
                 let own_px = own * (self.excess / report.excess).sqrt();
                 Some(focal_sigma_px(&bundle, &self.bundle_options(30, true), own_px, progress)?)

@@ -52,8 +52,6 @@ pub struct SequenceOptions {
     pub initial_sigma_rad: f64,
     /// Standard deviation of each coordinate of the initial translations, metres.
     pub initial_sigma_m: f64,
-    /// Head turn of each frame, radians, where it is known: the initial pair is chosen near the front and 10–15° apart.
-    pub yaw_hint: Option<Vec<f64>>,
     /// Distance of a right observation from its projection at most, pixels.
     pub threshold_px: f64,
     /// Rays of a point must part by this angle before it counts, radians.
@@ -62,6 +60,8 @@ pub struct SequenceOptions {
     pub key_frames: usize,
     /// Refine the focal length in the last bundles.
     pub refine_focal: bool,
+    /// Find out how far the tracks determine a refined focal length, by a dozen further bundles.
+    pub focal_sigma: bool,
     /// What is known of the focal length.
     pub focal_prior: Option<FocalPrior>,
     /// What is known of points; only sensible with initial poses, which define the head frame. `point` is the track.
@@ -81,11 +81,11 @@ impl Default for SequenceOptions {
             start_poses: None,
             initial_sigma_rad: 0.1,
             initial_sigma_m: 0.03,
-            yaw_hint: None,
             threshold_px: 1.5,
             min_parallax_rad: 0.035,
             key_frames: 128,
             refine_focal: false,
+            focal_sigma: true,
             focal_prior: None,
             point_priors: Vec::new(),
             distance_m: 0.6,
@@ -108,7 +108,7 @@ pub struct Sequence {
     pub points: Vec<Option<Vec3>>,
     /// The sightings that agree with poses and points; `point` is the track.
     pub observations: Vec<Observation>,
-    /// Standard deviation of the focal length `fx`, pixels, if it was refined: by what the tracks and an unknown lens leave
+    /// Standard deviation of the focal length `fx`, pixels, if it was refined and that was asked for: by what the tracks and an unknown lens leave
     /// open, which is more than the last bundle says.
     pub focal_sigma_px: Option<f64>,
     /// The last bundle's report.
@@ -145,8 +145,7 @@ pub fn reconstruct_sequence(
 fn check(tracks: &[PointTrack], options: &SequenceOptions) -> Result<(), MotionError> {
     let count = options.frames;
     let tables = [&options.initial_poses, &options.start_poses].map(|poses| poses.as_ref().map(Vec::len));
-    let lengths = [tables[0], tables[1], options.yaw_hint.as_ref().map(Vec::len)];
-    if let Some(index) = lengths.into_iter().flatten().find(|length| *length != count) {
+    if let Some(index) = tables.into_iter().flatten().find(|length| *length != count) {
         return Err(MotionError::BadIndex { table: "table of initial poses or turns", kind: "frame", index, count });
     }
     for o in tracks.iter().flat_map(|track| &track.observations) {

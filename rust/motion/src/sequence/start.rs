@@ -13,8 +13,8 @@ const SAMPLED_FRAMES: usize = 24;
 const TRIED_PAIRS: usize = 12;
 /// Parts of a track's life in which others are watched.
 const PARTS_OF_LIFE: usize = 6;
-/// A turn by 10 to 15 degrees is wanted.
-const WANTED_TURN_RAD: (f64, f64) = (0.17, 0.26);
+/// More parallax than the paper's fifteen degrees does not make a pair better, radians.
+const ENOUGH_TURN_RAD: f64 = 0.26;
 /// What a face 0.1 m around its axis moves at that turn, at arm's length, normalised units.
 const WANTED_SHIFT: f64 = 0.03;
 
@@ -116,11 +116,6 @@ impl Reconstruction<'_> {
             return 0.0;
         }
         let shared = in_a.len() as f64;
-        if let Some(yaw) = &self.options.yaw_hint {
-            let (turn, aside) = ((yaw[a] - yaw[b]).abs(), 0.5 * (yaw[a] + yaw[b]).abs());
-            let miss = (WANTED_TURN_RAD.0 - turn).max(turn - WANTED_TURN_RAD.1).max(0.0);
-            return shared * (-0.5 * (miss / 0.1).powi(2) - 0.5 * (aside / 0.2).powi(2)).exp();
-        }
         let mut shifts: Vec<f64> = in_a.iter().zip(&in_b).map(|(a, b)| (a - b).norm()).collect();
         shifts.sort_by(f64::total_cmp);
         // What does not turn moves little: the upper part of the tracks tells the turn.
@@ -145,7 +140,7 @@ impl Reconstruction<'_> {
 /// Many points, seen under a large angle, by a motion that is well determined.
 fn worth(pair: &Pair) -> f64 {
     let inliers = pair.motion.inliers.iter().filter(|i| **i).count() as f64;
-    let parallax = pair.motion.parallax_rad.min(WANTED_TURN_RAD.1);
+    let parallax = pair.motion.parallax_rad.min(ENOUGH_TURN_RAD);
     let certainty = 1.0 / (1.0 + pair.motion.direction_sigma_rad / 0.05);
     inliers * parallax * certainty * if pair.motion.planar { 0.1 } else { 1.0 }
 }
