@@ -1,11 +1,12 @@
 //! Work on a thread of its own, polled from Python.
 
+use crate::error::{FacewrightError, raise};
 use crate::reconstruction::Reconstruction;
-use crate::{FacewrightError, raise};
 use facewright::FacewrightError as CoreError;
 use geometry::{Progress, ProgressSnapshot};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use serde::Serialize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -14,13 +15,23 @@ use std::thread::JoinHandle;
 pub enum Output {
     /// JSON.
     Text(String),
+    /// Names of frames.
+    Names(Vec<String>),
     /// A head.
     Head(Box<facewright::Reconstruction>),
 }
 
+impl Output {
+    /// A value as JSON.
+    pub fn json(value: &impl Serialize) -> Self {
+        // Our own types have string keys and finite numbers: serialisation cannot fail.
+        Self::Text(serde_json::to_string(value).unwrap_or_default())
+    }
+}
+
 type Outcome = Result<Output, CoreError>;
 
-/// A running or finished job. The worker owns its input and never touches Python.
+/// Work on a thread of its own, which never touches Python. Dropping the job cancels it.
 #[pyclass(frozen, module = "facewright", generic)]
 pub struct Job {
     progress: Progress,
@@ -45,25 +56,32 @@ impl Job {
 
 #[pymethods]
 impl Job {
+    /// Name of the present stage, the part of the whole work that is done, 0 to 1, and seconds left.
+    ///
+    /// The part never falls; the seconds are None as long as the work so far tells nothing of them.
     fn progress(&self) -> (String, f64, Option<f64>) {
         let ProgressSnapshot { stage, fraction, remaining_s } = self.progress.snapshot();
         (stage, fraction, remaining_s)
     }
 
+    /// Whether result() returns at once.
     fn finished(&self) -> bool {
         let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner);
         thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
+    /// Asks the work to stop; it does within a fraction of a second.
     fn cancel(&self) {
         self.progress.cancel();
     }
 
+    /// Waits for the result. Raises FacewrightError, or Cancelled. Call once.
     fn result(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let thread = self.take().ok_or_else(|| PyRuntimeError::new_err("the result was taken already"))?;
         let outcome = py.detach(|| thread.join().ok().flatten());
         match outcome {
             Some(Ok(Output::Text(text))) => Ok(text.into_pyobject(py)?.into_any().unbind()),
+            Some(Ok(Output::Names(names))) => Ok(names.into_pyobject(py)?.into_any().unbind()),
             Some(Ok(Output::Head(head))) => Ok(Py::new(py, Reconstruction::new(*head))?.into_any()),
             Some(Err(error)) => Err(raise(&error)),
             None => Err(FacewrightError::new_err("Facewright failed inside; please report it with these frames")),
