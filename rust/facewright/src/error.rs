@@ -169,6 +169,12 @@ pub enum FacewrightError {
         /// Matches found.
         found: usize,
     },
+    /// Faces that cannot be used.
+    #[error("these are no faces of this clip: {reason}")]
+    Faces {
+        /// What is wrong with them.
+        reason: String,
+    },
     /// Tracks that cannot be used.
     #[error("these are no tracks of this clip: {reason}")]
     Tracks {
