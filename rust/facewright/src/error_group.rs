@@ -44,7 +44,7 @@ impl FacewrightError {
             | Self::Camera(_)
             | Self::Calibrate(_)
             | Self::Rig(_) => ErrorGroup::Camera,
-            Self::Faces { .. } | Self::Tracks { .. } | Self::NoPupils => ErrorGroup::Tracks,
+            Self::Faces { .. } | Self::Tracks { .. } | Self::OtherMotion { .. } | Self::NoPupils => ErrorGroup::Tracks,
             Self::NoFfmpeg { .. } | Self::NoAssets { .. } => ErrorGroup::Setup,
             Self::Cancelled(_) => ErrorGroup::Cancelled,
             // What the pictures show was too little for one of the steps.

@@ -1,6 +1,6 @@
 //! What other commands have found, from Python: classes, or the texts of their files.
 
-use crate::files::{Camera, Motion, Or, Rig, Tracks};
+use crate::files::{Camera, Faces, Motion, Or, Rig, Tracks};
 use facewright::{CalibratedRig, Given, RigTracks, SourcedCamera};
 use pyo3::prelude::*;
 
@@ -19,13 +19,14 @@ pub(crate) fn films(films: &[(String, Or<Tracks>)], rig: &Or<Rig>) -> PyResult<(
 /// All that is known of a clip.
 pub(crate) fn given(
     known_camera: Option<&Or<Camera>>,
+    known_faces: Option<&Or<Faces>>,
     known_tracks: Option<&Or<Tracks>>,
     known_motion: Option<&Or<Motion>>,
 ) -> PyResult<Given> {
     Ok(Given {
         camera: camera(known_camera)?,
+        faces: known_faces.map(Or::<Faces>::core).transpose()?,
         tracks: known_tracks.map(Or::<Tracks>::core).transpose()?,
         motion: known_motion.map(Or::<Motion>::core).transpose()?,
-        ..Given::default()
     })
 }

@@ -3,7 +3,7 @@
 use crate::assets::AssetsArgument;
 use crate::cameras::check_picture;
 use crate::error::raise;
-use crate::files::{Camera, Motion, Or, Rig, Tracks};
+use crate::files::{Camera, Faces, Motion, Or, Rig, Tracks};
 use crate::given::{self, given};
 use crate::job::{Job, Output};
 use crate::options::{MatchOptions, MotionOptions, ReconstructOptions, TrackOptions};
@@ -39,21 +39,36 @@ pub fn match_pair(
     })
 }
 
+/// Find the face in image files, folders or videos; the job's result is Faces.
+///
+/// `camera` is a Camera, or the text of its file; without it the focal length is estimated.
+#[pyfunction]
+#[pyo3(signature = (frames, *, assets, camera = None))]
+pub fn find_faces(frames: Vec<PathBuf>, assets: AssetsArgument<'_>, camera: Option<Or<Camera>>) -> PyResult<Job> {
+    let (given, assets) = (given(camera.as_ref(), None, None, None)?, assets.handle());
+    Job::start(move |progress| {
+        let (frames, progress) = open_frames(&frames, progress)?;
+        let faces = facewright::find_faces(&frames, &*assets.load()?, &given, &progress)?;
+        Ok(Output::Faces(Box::new(faces)))
+    })
+}
+
 /// Track points of the face through image files, folders or videos; the job's result is Tracks.
 ///
-/// `camera` is a Camera, or the text of its file; without it the focal length is estimated. `options` or further keywords are those of
-/// TrackOptions.
+/// `camera` is a Camera, `faces` are those found before, or the texts of their files; without a camera the focal length is
+/// estimated. `options` or further keywords are those of TrackOptions.
 #[pyfunction]
-#[pyo3(signature = (frames, *, assets, camera = None, options = None, **fields))]
+#[pyo3(signature = (frames, *, assets, camera = None, faces = None, options = None, **fields))]
 pub fn track(
     frames: Vec<PathBuf>,
     assets: AssetsArgument<'_>,
     camera: Option<Or<Camera>>,
+    faces: Option<Or<Faces>>,
     options: Option<&Bound<'_, TrackOptions>>,
     fields: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Job> {
     let options = TrackOptions::merged(options, fields)?;
-    let (given, assets) = (given(camera.as_ref(), None, None)?, assets.handle());
+    let (given, assets) = (given(camera.as_ref(), faces.as_ref(), None, None)?, assets.handle());
     Job::start(move |progress| {
         let (frames, progress) = open_frames(&frames, progress)?;
         let tracks = facewright::track(&frames, &*assets.load()?, &given, &options, &progress)?;
@@ -92,20 +107,21 @@ pub fn motion_on_rig(films: Vec<(String, Or<Tracks>)>, rig: Or<Rig>) -> PyResult
 
 /// Reconstruct the head in image files, folders or videos; the job's result is a Reconstruction.
 ///
-/// `camera`, `tracks` and `motion` of the same frames, or the texts of their files: what is given is not found anew. `options` or further keywords are those of ReconstructOptions.
+/// `camera`, `faces`, `tracks` and `motion` of the same frames, or the texts of their files: what is given is not found anew. `options` or further keywords are those of ReconstructOptions.
 #[pyfunction]
-#[pyo3(signature = (frames, *, assets, camera = None, tracks = None, motion = None, options = None, **fields))]
+#[pyo3(signature = (frames, *, assets, camera = None, faces = None, tracks = None, motion = None, options = None, **fields))]
 pub fn reconstruct(
     frames: Vec<PathBuf>,
     assets: AssetsArgument<'_>,
     camera: Option<Or<Camera>>,
+    faces: Option<Or<Faces>>,
     tracks: Option<Or<Tracks>>,
     motion: Option<Or<Motion>>,
     options: Option<&Bound<'_, ReconstructOptions>>,
     fields: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Job> {
     let options = ReconstructOptions::merged(options, fields)?;
-    let (given, assets) = (given(camera.as_ref(), tracks.as_ref(), motion.as_ref())?, assets.handle());
+    let (given, assets) = (given(camera.as_ref(), faces.as_ref(), tracks.as_ref(), motion.as_ref())?, assets.handle());
     Job::start(move |progress| {
         let (frames, progress) = open_frames(&frames, progress)?;
         let result = facewright::reconstruct(&frames, &*assets.load()?, &given, &options, &progress)?;

@@ -20,6 +20,8 @@ pub enum Output {
     Camera(Box<facewright::CameraFile>),
     /// Calibrated cameras and where they stand.
     Rig(Box<facewright::CalibratedRig>),
+    /// Faces in the frames of a clip.
+    Faces(Box<facewright::Faces>),
     /// Points of a face in many frames.
     Tracks(Box<facewright::Tracks>),
     /// The pose of a head in every frame.
@@ -42,6 +44,7 @@ impl Output {
             Self::Text(text) => text.into_pyobject(py)?.into_any().unbind(),
             Self::Camera(camera) => Py::new(py, files::Camera::new(*camera))?.into_any(),
             Self::Rig(rig) => Py::new(py, files::Rig::new(*rig))?.into_any(),
+            Self::Faces(faces) => Py::new(py, files::Faces::new(*faces))?.into_any(),
             Self::Tracks(tracks) => Py::new(py, files::Tracks::new(*tracks))?.into_any(),
             Self::Motion(motion) => Py::new(py, files::Motion::new(*motion))?.into_any(),
             Self::Names(names) => names.into_pyobject(py)?.into_any().unbind(),

@@ -45,6 +45,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(cameras::save_calibration_picture, module)?)?;
     module.add_function(wrap_pyfunction!(cameras::undistort, module)?)?;
     module.add_function(wrap_pyfunction!(heads::match_pair, module)?)?;
+    module.add_function(wrap_pyfunction!(heads::find_faces, module)?)?;
     module.add_function(wrap_pyfunction!(heads::track, module)?)?;
     module.add_function(wrap_pyfunction!(heads::motion, module)?)?;
     module.add_function(wrap_pyfunction!(heads::motion_on_rig, module)?)?;

@@ -142,8 +142,15 @@ impl Faces {
         (0..self.frames.len()).filter(|&frame| self.look(frame).is_some()).collect()
     }
 
+    /// How many frames were looked at, and how many of them show the face.
+    pub fn counts(&self) -> (usize, usize) {
+        let looked = self.looked();
+        let seen = looked.iter().filter(|&&frame| self.face(frame).is_some()).count();
+        (looked.len(), seen)
+    }
+
     /// What the artist should know.
-    pub(crate) fn warnings(&self) -> Vec<String> {
+    pub fn warnings(&self) -> Vec<String> {
         let looks = || self.frames.iter().filter_map(|frame| frame.look.as_ref());
         let several = looks().filter(|look| look.face.as_ref().is_some_and(|face| face.faces_in_picture > 1)).count();
         let rivals = looks().filter(|look| look.rival).count();

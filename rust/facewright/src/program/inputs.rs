@@ -1,6 +1,6 @@
 //! Files that commands read, and places that they write to.
 
-use crate::{FacewrightError, FrameSet, HeadMotion, SourcedCamera, check_folder};
+use crate::{Faces, FacewrightError, FrameSet, HeadMotion, SourcedCamera, check_folder};
 use geometry::Progress;
 use std::path::{Path, PathBuf};
 
@@ -16,6 +16,11 @@ pub fn open(inputs: &[PathBuf], progress: &Progress) -> Result<(FrameSet, Progre
 /// A calibrated camera, where one is given.
 pub(super) fn camera(file: Option<&Path>) -> Result<Option<SourcedCamera>, FacewrightError> {
     file.map(SourcedCamera::read).transpose()
+}
+
+/// The faces of a clip, where they are given.
+pub(super) fn faces(file: Option<&Path>) -> Result<Option<Faces>, FacewrightError> {
+    file.map(Faces::read).transpose()
 }
 
 /// Reads a `motion.json`.

@@ -8,6 +8,7 @@
 
 mod board;
 mod calibrate;
+mod faces;
 mod inputs;
 mod markdown;
 mod matches;
@@ -21,6 +22,7 @@ mod watch;
 
 pub use board::BoardCommand;
 pub use calibrate::CalibrateCommand;
+pub use faces::FacesCommand;
 pub use inputs::{check_output, motion as read_motion, open as open_frames};
 pub use markdown::help_markdown;
 pub use matches::{MatchCommand, draw_match};
@@ -69,6 +71,8 @@ pub enum Command {
     Undistort(UndistortCommand),
     /// Matches corners of the face between two frames
     Match(MatchCommand),
+    /// Finds the face in the frames of a clip
+    Faces(FacesCommand),
     /// Tracks points of the face through a sequence
     Track(TrackCommand),
     /// Solves for the head's pose in every frame and the places of its points
@@ -88,6 +92,7 @@ impl Arguments {
             Command::Calibrate(command) => command.run(progress),
             Command::Undistort(command) => command.run(progress),
             Command::Match(command) => command.run(&assets, progress),
+            Command::Faces(command) => command.run(&assets, progress),
             Command::Track(command) => command.run(&assets, progress),
             Command::Motion(command) => command.run(&assets, progress),
             Command::Reconstruct(command) => command.run(&assets, progress),

@@ -1,6 +1,6 @@
 //! `facewright motion`.
 
-use super::inputs::{camera, check_output, open};
+use super::inputs::{camera, check_output, faces, open};
 use super::summary::{Summary, listed};
 use crate::{
     Assets, CalibratedRig, FacewrightError, Given, HeadMotion, MotionOptions, RigTracks, SourcedCamera,
@@ -30,6 +30,9 @@ pub struct MotionCommand {
     /// Calibrated camera; without it the focal length is refined
     #[arg(long)]
     camera: Option<PathBuf>,
+    /// Faces in the same frames, found before
+    #[arg(long, value_name = "FILE", conflicts_with = "tracks")]
+    faces: Option<PathBuf>,
     /// How it works.
     #[command(flatten)]
     pub options: MotionOptions,
@@ -69,7 +72,7 @@ impl MotionCommand {
             [] => {
                 let [tracking, solving] = progress.split(&PARTS);
                 let (frames, tracking) = open(&self.frames, &tracking)?;
-                let given = Given { camera, ..Given::default() };
+                let given = Given { camera, faces: faces(self.faces.as_deref())?, ..Given::default() };
                 let options = TrackClipOptions::default();
                 Ok((track(&frames, &Assets::load(assets)?, &given, &options, &tracking)?, solving))
             }

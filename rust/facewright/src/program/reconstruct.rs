@@ -1,6 +1,6 @@
 //! `facewright reconstruct`.
 
-use super::inputs::{camera, motion, open};
+use super::inputs::{camera, faces, motion, open};
 use super::summary::{Summary, listed};
 use crate::{Assets, FacewrightError, Given, ReconstructOptions, Tracks, check_folder, reconstruct};
 use clap::Args;
@@ -18,6 +18,9 @@ pub struct ReconstructCommand {
     /// Calibrated camera; without it the focal length is estimated
     #[arg(long)]
     camera: Option<PathBuf>,
+    /// Faces in the same frames, found before
+    #[arg(long, value_name = "FILE")]
+    faces: Option<PathBuf>,
     /// Tracks of the same frames to use instead of tracking
     #[arg(long, value_name = "FILE")]
     tracks: Option<PathBuf>,
@@ -38,7 +41,7 @@ impl ReconstructCommand {
             camera: camera(self.camera.as_deref())?,
             tracks: self.tracks.as_deref().map(Tracks::read).transpose()?,
             motion: self.motion.as_deref().map(motion).transpose()?,
-            ..Given::default()
+            faces: faces(self.faces.as_deref())?,
         };
         check_folder(&self.output)?;
         let (frames, progress) = open(&self.frames, progress)?;

@@ -1,6 +1,6 @@
 //! `facewright track`.
 
-use super::inputs::{camera, check_output, open};
+use super::inputs::{camera, check_output, faces, open};
 use super::summary::{Summary, listed};
 use crate::{Assets, FacewrightError, Given, TrackClipOptions, track, write_json};
 use clap::Args;
@@ -18,6 +18,9 @@ pub struct TrackCommand {
     /// Calibrated camera; without it the focal length is estimated
     #[arg(long)]
     camera: Option<PathBuf>,
+    /// Faces in the same frames, found before
+    #[arg(long, value_name = "FILE")]
+    faces: Option<PathBuf>,
     /// How it works.
     #[command(flatten)]
     pub options: TrackClipOptions,
@@ -28,7 +31,8 @@ pub struct TrackCommand {
 
 impl TrackCommand {
     pub(super) fn run(&self, assets: &Path, progress: &Progress) -> Result<Summary, FacewrightError> {
-        let given = Given { camera: camera(self.camera.as_deref())?, ..Given::default() };
+        let given =
+            Given { camera: camera(self.camera.as_deref())?, faces: faces(self.faces.as_deref())?, ..Given::default() };
         check_output(&self.output)?;
         let (frames, progress) = open(&self.frames, progress)?;
         let tracks = track(&frames, &Assets::load(assets)?, &given, &self.options, &progress)?;

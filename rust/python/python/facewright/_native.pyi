@@ -489,6 +489,46 @@ class Track:
     def place(self) -> tuple[float, float, float] | None:
         """Where it is on the landmarks' head at rest, head frame, metres; the artist's own points have no place."""
 
+class Faces:
+    """A faces.json: what the nets saw in the frames of a clip that they looked at."""
+
+    @staticmethod
+    def parse(text: str) -> Faces:
+        """Read the text of a faces.json; raises :class:`FacewrightError` with what is wrong."""
+    @staticmethod
+    def read(path: Path) -> Faces:
+        """Read a faces.json; raises :class:`FacewrightError` with what is wrong."""
+    def write(self, path: Path) -> None:
+        """Write a faces.json, whole or not at all."""
+    def to_json(self) -> str:
+        """The text of a faces.json, in one line."""
+    @property
+    def version(self) -> str:
+        """Version of Facewright."""
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the pictures, pixels."""
+    @property
+    def names(self) -> list[str]:
+        """Names of all frames."""
+    @property
+    def looked(self) -> list[int]:
+        """Indices of the frames that were looked at."""
+    @property
+    def seen(self) -> list[int]:
+        """Indices of the frames in which the face was seen, ascending."""
+    @property
+    def landmarks(self) -> NDArray[np.float64]:
+        """(n, 468, 3) landmarks in the seen frames: u, v pixels, and depth in the same scale, away from the camera."""
+    def irises(self, side: int) -> NDArray[np.float64]:
+        """(n, 2) centres of an iris in the seen frames, pixels; `side` 0 is the subject's left."""
+    @property
+    def sharpness(self) -> NDArray[np.float64]:
+        """(n,) sharpness of the face in the looked frames: compare within a clip."""
+    @property
+    def warnings(self) -> list[str]:
+        """What should be known of them."""
+
 class Motion:
     """A motion.json: the pose of the head in every frame, and a metric cloud of its points."""
 
@@ -792,18 +832,27 @@ def match_pair(
     `options` or further keywords are those of :class:`MatchOptions`.
     """
 
+def find_faces(
+    frames: Sequence[Path], *, assets: Assets | Path, camera: Camera | str | None = None
+) -> Job[Faces]:
+    """Find the face in image files, folders or videos.
+
+    `camera` may be the text of its file; without it the focal length is estimated.
+    """
+
 def track(
     frames: Sequence[Path],
     *,
     assets: Assets | Path,
     camera: Camera | str | None = None,
+    faces: Faces | str | None = None,
     options: TrackOptions | None = None,
     **fields: Any,
 ) -> Job[Tracks]:
     """Track points of the face through image files, folders or videos.
 
-    `camera` may be the text of its file; without it the focal length is estimated. `options` or further keywords are
-    those of :class:`TrackOptions`.
+    `faces` are those found before; the texts of their files will do. Without a camera the focal length is estimated.
+    `options` or further keywords are those of :class:`TrackOptions`.
     """
 
 def motion(
@@ -832,6 +881,7 @@ def reconstruct(
     *,
     assets: Assets | Path,
     camera: Camera | str | None = None,
+    faces: Faces | str | None = None,
     tracks: Tracks | str | None = None,
     motion: Motion | str | None = None,
     options: ReconstructOptions | None = None,
@@ -839,8 +889,8 @@ def reconstruct(
 ) -> Job[Reconstruction]:
     """Reconstruct the head in image files, folders or videos.
 
-    `camera`, `tracks` and `motion` of the same frames, or the texts of their files: what is given is not found anew.
-    `options` or further keywords are those of :class:`ReconstructOptions`.
+    `camera`, `faces`, `tracks` and `motion` of the same frames, or the texts of their files: what is given is not
+    found anew. `options` or further keywords are those of :class:`ReconstructOptions`.
     """
 
 def overlay(result: Path, frames: Sequence[Path], folder: Path) -> Job[list[str]]:

@@ -3,12 +3,14 @@
 //! Every class has `parse`, `read`, `write` and `to_json`; where one is an argument, its text is as good.
 
 mod camera;
+mod faces;
 mod motion;
 mod report;
 mod rig;
 mod tracks;
 
 pub use camera::Camera;
+pub use faces::Faces;
 pub use motion::Motion;
 pub use rig::{Calibration, Rig};
 pub use tracks::Tracks;
@@ -103,6 +105,7 @@ pub fn add_classes(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<BoardImage>()?;
     module.add_class::<Rig>()?;
     module.add_class::<MountedCamera>()?;
+    module.add_class::<Faces>()?;
     module.add_class::<Tracks>()?;
     module.add_class::<TrackedFrame>()?;
     module.add_class::<Track>()?;

@@ -1,0 +1,42 @@
+//! `facewright faces`.
+
+use super::inputs::{camera, check_output, open};
+use super::summary::{Summary, listed};
+use crate::{Assets, FacewrightError, Given, find_faces};
+use clap::Args;
+use geometry::Progress;
+use serde::Serialize;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// Finds the face that a clip shows, in as many frames as tell where it is in all
+#[derive(Clone, Debug, Args, Serialize)]
+pub struct FacesCommand {
+    /// Image files in the order of time, a folder, or a video
+    #[arg(required = true)]
+    frames: Vec<PathBuf>,
+    /// Calibrated camera; without it the focal length is estimated
+    #[arg(long)]
+    camera: Option<PathBuf>,
+    /// Faces file to write
+    #[arg(short, long, default_value = "faces.json")]
+    output: PathBuf,
+}
+
+impl FacesCommand {
+    pub(super) fn run(&self, assets: &Path, progress: &Progress) -> Result<Summary, FacewrightError> {
+        let given = Given { camera: camera(self.camera.as_deref())?, ..Given::default() };
+        check_output(&self.output)?;
+        let (frames, progress) = open(&self.frames, progress)?;
+        let faces = find_faces(&frames, &Assets::load(assets)?, &given, &progress)?;
+        faces.write(&self.output)?;
+        let (looked, seen) = faces.counts();
+        let text = format!(
+            "a face in {seen} of {looked} frames looked at, of {} in all, in {}{}",
+            frames.len(),
+            self.output.display(),
+            listed(&faces.warnings())
+        );
+        Ok(Summary { text, json: json!(faces) })
+    }
+}
