@@ -3,6 +3,8 @@
 import bpy
 
 from . import cli
+from .animate.operators import FACEWRIGHT_OT_expression
+from .animate.panel import FACEWRIGHT_PT_expressions
 from .calibrate import following
 from .calibrate.operators import (
     FACEWRIGHT_OT_calibrate,
@@ -36,14 +38,10 @@ from .motion.operators import (
 from .motion.panel import FACEWRIGHT_PT_clip_motion, FACEWRIGHT_PT_motion
 from .motion.panel import draw_clip_menu as draw_motion_menu
 from .motion.properties import FacewrightMotion
-from .reconstruct.operators import (
-    FACEWRIGHT_OT_expression,
-    FACEWRIGHT_OT_reconstruct,
-)
+from .reconstruct.operators import FACEWRIGHT_OT_reconstruct
 from .reconstruct.panel import (
     FACEWRIGHT_PT_advanced,
     FACEWRIGHT_PT_clip,
-    FACEWRIGHT_PT_expressions,
     FACEWRIGHT_PT_report,
     draw_menu,
 )

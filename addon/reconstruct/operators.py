@@ -4,8 +4,7 @@ import bpy
 
 from ..engine import Reconstruction
 from ..jobs import Work
-from ..modal import Result, WorkOperator, idle
-from ..scene import head as scene_head
+from ..modal import WorkOperator, idle
 from . import actions
 
 
@@ -61,32 +60,3 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
     def _folder(self, context: bpy.types.Context) -> str | None:
         folder = self.output or context.scene.facewright_clip.output
         return bpy.path.abspath(folder) if folder else None
-
-
-class FACEWRIGHT_OT_expression(bpy.types.Operator):
-    """Set the head's keys to an expression; with auto keying on, insert keyframes"""
-
-    bl_idname = "facewright.expression"
-    bl_label = "Expression"
-    bl_options = {"REGISTER", "UNDO"}
-
-    name: bpy.props.StringProperty(name="Expression", default="neutral")
-    strength: bpy.props.FloatProperty(name="Strength", default=1.0, min=0.0, max=1.0, subtype="FACTOR")
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        if scene_head.face(context.scene) is None:
-            cls.poll_message_set("Reconstruct a face first")
-            return False
-        return True
-
-    def execute(self, context: bpy.types.Context) -> Result:
-        skin = scene_head.face(context.scene)
-        poses = scene_head.expressions(skin)
-        if self.name != "neutral" and self.name not in poses:
-            self.report({"ERROR"}, f"there is no expression {self.name}: choose one of neutral, {', '.join(poses)}")
-            return {"CANCELLED"}
-        values = {key: value * self.strength for key, value in poses.get(self.name, {}).items()}
-        keying = context.scene.tool_settings.use_keyframe_insert_auto
-        scene_head.set_keys(skin, values, context.scene.frame_current if keying else None)
-        return {"FINISHED"}

@@ -5,7 +5,7 @@ import bpy
 from ..modal import Running, draw_progress, draw_text
 from ..scene import head as scene_head
 from . import actions
-from .operators import FACEWRIGHT_OT_expression, FACEWRIGHT_OT_reconstruct
+from .operators import FACEWRIGHT_OT_reconstruct
 
 
 class Side:
@@ -84,20 +84,6 @@ class FACEWRIGHT_PT_report(Side, bpy.types.Panel):
             column.label(text=line)
         for warning in actions.warnings(text):
             draw_text(self.layout, context, warning[:1].upper() + warning[1:], icon="ERROR")
-
-
-class FACEWRIGHT_PT_expressions(Side, bpy.types.Panel):
-    bl_label = "Expressions"
-    bl_order = 3
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return scene_head.face(context.scene) is not None
-
-    def draw(self, context: bpy.types.Context) -> None:
-        grid = self.layout.grid_flow(columns=2, align=True)
-        for name in ["neutral", *scene_head.expressions(scene_head.face(context.scene))]:
-            grid.operator(FACEWRIGHT_OT_expression.bl_idname, text=name.capitalize()).name = name
 
 
 def draw_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:

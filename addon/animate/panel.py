@@ -1,0 +1,23 @@
+"""The expressions' panel."""
+
+import bpy
+
+from . import actions
+from .operators import FACEWRIGHT_OT_expression
+
+
+class FACEWRIGHT_PT_expressions(bpy.types.Panel):
+    bl_label = "Expressions"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Facewright"
+    bl_order = 3
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return actions.face(context.scene) is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        grid = self.layout.grid_flow(columns=2, align=True)
+        for name in actions.names(actions.face(context.scene)):
+            grid.operator(FACEWRIGHT_OT_expression.bl_idname, text=name.capitalize()).name = name
