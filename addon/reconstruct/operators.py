@@ -41,7 +41,7 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
             camera=context.scene.facewright_camera.text or None,
             method=clip.method,
             texture_size=int(clip.texture_size),
-            interocular_mm=clip.interocular_mm if clip.use_interocular else None,
+            interocular_mm=context.scene.facewright_person.pupils_mm,
             output=self._folder(context),
             tracks=actions.markers(path) if clip.use_markers else None,
         )

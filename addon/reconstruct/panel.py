@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..modal import Running, draw_progress, draw_text
+from ..modal import Running, draw_progress, draw_pupils, draw_text
 from ..scene import head as scene_head
 from . import actions
 from .operators import FACEWRIGHT_OT_reconstruct
@@ -45,11 +45,7 @@ class FACEWRIGHT_PT_advanced(Side, bpy.types.Panel):
         layout.use_property_split, layout.use_property_decorate = True, False
         layout.prop(clip, "method")
         layout.prop(clip, "texture_size")
-        row = layout.row(heading="Pupils (mm)")
-        row.prop(clip, "use_interocular", text="")
-        value = row.row()
-        value.active = clip.use_interocular
-        value.prop(clip, "interocular_mm", text="")
+        draw_pupils(layout, context.scene.facewright_person)
         layout.prop(clip, "output", placeholder="Optional")
         self.draw_markers(context)
 

@@ -26,12 +26,6 @@ class FacewrightClip(bpy.types.PropertyGroup):
         items=[(str(n), f"{n} px", f"Texture of {n} × {n} pixels") for n in (1024, 2048, 4096)],
         default="2048",
     )
-    use_interocular: bpy.props.BoolProperty(
-        name="Known Eye Distance", description="Give the distance between the pupils instead of the usual one"
-    )
-    interocular_mm: bpy.props.FloatProperty(
-        name="Eye Distance", description="Distance between the pupils, millimetres", default=63.0, min=40.0, max=90.0
-    )
     use_markers: bpy.props.BoolProperty(
         name="Use Markers",
         description="Use the face's tracks as they are in the Clip editor instead of tracking anew",
