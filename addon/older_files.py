@@ -4,6 +4,8 @@ from typing import Any
 
 import bpy
 
+from .scene import heads
+
 # Settings of the clip that are the person's now.
 OF_PERSON = ("use_interocular", "interocular_mm")
 
@@ -30,6 +32,7 @@ def take_over() -> None:
     for scene in bpy.data.scenes:
         if scene.library is None:
             _take_person(scene)
+            _take_clip(scene)
 
 
 def _take_person(scene: bpy.types.Scene) -> None:
@@ -38,6 +41,14 @@ def _take_person(scene: bpy.types.Scene) -> None:
         if name in saved:
             setattr(scene.facewright_person, name, saved[name])
             del saved[name]
+
+
+def _take_clip(scene: bpy.types.Scene) -> None:
+    """The head of a scene without a key was the only one, and its clip the panel's."""
+    path = scene.facewright_clip.path
+    for head in [head for head in heads.heads(scene) if path and not head.key and head.is_local]:
+        if head.skin is not None and head.clip is None:
+            head.skin[heads.CLIP] = path
 
 
 def _saved(group: bpy.types.PropertyGroup) -> Any:

@@ -4,13 +4,30 @@ from typing import Any
 
 from ..engine import FacewrightError
 from ..scene import head as scene_head
+from ..scene import heads
 
 NEUTRAL = "neutral"
 
 
-def face(scene: Any) -> Any:
-    """The skin object that the buttons act on; None without a head."""
-    return scene_head.face(scene)
+def face(scene: Any, active: Any) -> Any:
+    """The skin object that the buttons act on: of the active object's head, or of the last one made; None without."""
+    head = heads.current(scene, active, scene.facewright_clip.wanted)
+    return head.skin if head is not None else None
+
+
+def head_line(scene: Any, active: Any) -> str:
+    """Which head the buttons act on; empty where there is only one."""
+    head = heads.current(scene, active, scene.facewright_clip.wanted)
+    return heads.name_among(scene, head) if head is not None else ""
+
+
+def complaint(skin: Any) -> str:
+    """Why the keys of a head cannot be set; empty if they can."""
+    if skin is None:
+        return "Reconstruct a face first"
+    if not skin.data.shape_keys.is_editable:
+        return f"{skin.name} is linked from another file: make a library override of it, or append it instead"
+    return ""
 
 
 def names(skin: Any) -> list[str]:

@@ -19,16 +19,16 @@ class FACEWRIGHT_OT_expression(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if actions.face(context.scene) is None:
-            cls.poll_message_set("Reconstruct a face first")
-            return False
-        return True
+        complaint = actions.complaint(actions.face(context.scene, context.object))
+        if complaint:
+            cls.poll_message_set(complaint)
+        return not complaint
 
     def execute(self, context: bpy.types.Context) -> Result:
         scene = context.scene
         frame = scene.frame_current if scene.tool_settings.use_keyframe_insert_auto else None
         try:
-            actions.express(actions.face(scene), self.name, self.strength, frame)
+            actions.express(actions.face(scene, context.object), self.name, self.strength, frame)
         except FacewrightError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}

@@ -15,9 +15,11 @@ class FACEWRIGHT_PT_expressions(bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return actions.face(context.scene) is not None
+        return actions.face(context.scene, context.object) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
+        if head := actions.head_line(context.scene, context.object):
+            self.layout.label(text=head, icon="USER")
         grid = self.layout.grid_flow(columns=2, align=True)
-        for name in actions.names(actions.face(context.scene)):
+        for name in actions.names(actions.face(context.scene, context.object)):
             grid.operator(FACEWRIGHT_OT_expression.bl_idname, text=name.capitalize()).name = name

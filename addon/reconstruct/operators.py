@@ -23,6 +23,8 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
         options={"SKIP_SAVE"},
     )
 
+    _made_of = _wanted = ""
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if context.mode != "OBJECT":
@@ -35,6 +37,8 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
 
     def start(self, context: bpy.types.Context) -> Work[Reconstruction]:
         clip = context.scene.facewright_clip
+        # The artist may choose another clip or head by the time the work is done.
+        self._made_of, self._wanted = clip.path, clip.wanted
         path = bpy.path.abspath(clip.path)
         source = actions.Source(path, (clip.first, clip.last) if clip.use_range else None)
         settings = actions.Settings(
@@ -50,11 +54,8 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
     def finish(self, context: bpy.types.Context, result: Reconstruction) -> str:
         if folder := self._folder(context):
             result.write(folder)
-        face = actions.place(context.scene, result, context.collection)
-        for obj in context.selected_objects:
-            obj.select_set(False)
-        face.select_set(True)
-        context.view_layer.objects.active = face
+        face = actions.place(context.scene, result, self._made_of, self._wanted, context.collection)
+        actions.show(context.view_layer, face)
         return "; ".join([*actions.report_lines(result.report)[:1], *actions.warnings(result.report)])
 
     def _folder(self, context: bpy.types.Context) -> str | None:

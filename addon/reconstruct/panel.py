@@ -3,7 +3,6 @@
 import bpy
 
 from ..modal import Running, draw_progress, draw_pupils, draw_text
-from ..scene import head as scene_head
 from . import actions
 from .operators import FACEWRIGHT_OT_reconstruct
 
@@ -26,6 +25,8 @@ class FACEWRIGHT_PT_clip(Side, bpy.types.Panel):
             row = layout.row(align=True)
             row.prop(clip, "first")
             row.prop(clip, "last")
+        if len(actions.choices(context.scene)) > 1:
+            layout.prop(clip, "head", text="")
         # The bar takes the button's place: a button under a resting mouse would stay grey after the work.
         if Running.operator is FACEWRIGHT_OT_reconstruct:
             draw_progress(layout)
@@ -68,13 +69,14 @@ class FACEWRIGHT_PT_report(Side, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        face = scene_head.face(context.scene)
-        return face is not None and scene_head.REPORT in face
+        return actions.report(context.scene, context.object) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
-        face = scene_head.face(context.scene)
-        assert face is not None, "poll has seen it"
-        text = face[scene_head.REPORT]
+        shown = actions.report(context.scene, context.object)
+        assert shown is not None, "poll has seen it"
+        head, text = shown
+        if head:
+            self.layout.label(text=head, icon="USER")
         column = self.layout.column(align=True)
         for line in actions.report_lines(text):
             column.label(text=line)

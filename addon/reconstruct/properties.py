@@ -1,14 +1,40 @@
 """Settings of the clip and the reconstruction."""
 
+from typing import Any
+
 import bpy
+
+from . import actions
+
+# Blender keeps no text of a choice that Python has forgotten.
+_texts: dict[str, str] = {}
+
+
+def _heads(clip: Any, _context: bpy.types.Context | None) -> list[tuple[str, str, str, int]]:
+    """The choices of a clip's scene."""
+    kept = [[_texts.setdefault(text, text) for text in choice] for choice in actions.choices(clip.id_data)]
+    return [(name, label, about, number) for number, (name, label, about) in enumerate(kept)]
 
 
 class FacewrightClip(bpy.types.PropertyGroup):
     """The frames a head is made from."""
 
     path: bpy.props.StringProperty(
-        name="Clip", description="A video, a folder of frames, or the first of an image sequence", subtype="FILE_PATH"
+        name="Clip",
+        description="A video, a folder of frames, or the first of an image sequence",
+        subtype="FILE_PATH",
+        update=lambda self, _context: actions.forget_choice(self.id_data),
     )
+    head: bpy.props.EnumProperty(
+        name="Head",
+        description="What is made of the clip; another clip makes a new head, unless it has made one before",
+        items=_heads,
+        get=lambda self: actions.chosen(self.id_data),
+        set=lambda self, number: actions.choose(self.id_data, number),
+        options=set(),
+    )
+    # The key of that head, "new", or empty for the one that the clip has made.
+    wanted: bpy.props.StringProperty(options={"HIDDEN"})
     use_range: bpy.props.BoolProperty(
         name="Part of the Clip", description="Use only some of the clip's frames", default=False
     )
