@@ -68,19 +68,16 @@ def heads(scene: bpy.types.Scene) -> list[Head]:
     """The heads of a scene: those with a skin, an original before its copies; then what is left of others."""
     marked = [obj for obj in scene.objects if obj.type == "MESH" and obj.get(PART)]
     homes = [c for c in scene.collection.children_recursive if c.get(KEY)]
-    skins: dict[str, list[bpy.types.Object]] = {}
-    for obj in marked:
-        if obj[PART] == SKIN:
-            skins.setdefault(key_of(obj), []).append(obj)
-    for same in skins.values():
-        same.sort(key=lambda skin: skin.get(NAME) != skin.name)
+    skins = _skins(marked)
     whole = {skin: {SKIN: skin} for same in skins.values() for skin in same}
     rest: dict[str, dict[str, bpy.types.Object]] = {key_of(c): {} for c in homes if key_of(c) not in skins}
-    for obj in marked:
-        if obj[PART] != SKIN:
-            same = skins.get(key_of(obj))
-            parts = whole[_owner(obj, same)] if same else rest.setdefault(key_of(obj), {})
-            parts.setdefault(str(obj[PART]), obj)
+    others = [(obj, skins.get(key_of(obj), [])) for obj in marked if obj[PART] != SKIN]
+    owners = {obj: _owner(obj, same) for obj, same in others}
+    # What hangs on a skin goes before what only has its key, as the parts of a deleted original have a copy's.
+    for obj, same in sorted(others, key=lambda other: owners[other[0]] is None):
+        owner = owners[obj] or next(iter(same), None)
+        parts = whole[owner] if owner is not None else rest.setdefault(key_of(obj), {})
+        parts.setdefault(str(obj[PART]), obj)
     found = [(key_of(skin), skin, parts) for skin, parts in whole.items()]
     found += [(key, None, parts) for key, parts in rest.items()]
     return [Head(key, skin, parts, _home(key, parts.values(), homes)) for key, skin, parts in found]
@@ -182,17 +179,24 @@ def release(obj: bpy.types.Object) -> None:
             del obj[name]
 
 
-def _owner(part: bpy.types.Object, skins: list[bpy.types.Object]) -> bpy.types.Object:
-    """Which of the skins with its key a part belongs to."""
-    if len(skins) == 1:
-        return skins[0]
+def _skins(marked: list[bpy.types.Object]) -> dict[str, list[bpy.types.Object]]:
+    """The skins by their keys, an original first."""
+    found: dict[str, list[bpy.types.Object]] = {}
+    for obj in marked:
+        if obj[PART] == SKIN:
+            found.setdefault(key_of(obj), []).append(obj)
+    return {key: sorted(same, key=lambda skin: skin.get(NAME) != skin.name) for key, same in found.items()}
+
+
+def _owner(part: bpy.types.Object, skins: list[bpy.types.Object]) -> bpy.types.Object | None:
+    """Which of the skins with its key a part hangs on: by parents, or else by the drivers of its keys."""
     parent = part.parent
     while parent is not None:
         if parent in skins:
             return parent
         parent = parent.parent
-    driving = _driving(part)
-    return next((skin for skin in skins if skin.data.shape_keys in driving), skins[0])
+    driving = _driving(part) if skins else []
+    return next((skin for skin in skins if skin.data.shape_keys in driving), None)
 
 
 def _driving(part: bpy.types.Object) -> list[bpy.types.ID]:

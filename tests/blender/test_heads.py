@@ -5,11 +5,27 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import bpy
+import numpy as np
 import pytest
 from conftest import snapshot
-from people import ANNA, BEN, Person, assert_is, clip_of, head_of, heads, red, reds, result, run, select, size
-from people import library as people_library
-from people import reopened as reopen
+from people import (
+    ANNA,
+    BEN,
+    Person,
+    assert_is,
+    clip_of,
+    evaluated,
+    head_of,
+    heads,
+    library,
+    red,
+    reds,
+    reopened,
+    result,
+    run,
+    select,
+    size,
+)
 from tracking import drawn, module
 
 OLDER_ANNA = Person("Anna", 1.0, 220)
@@ -19,14 +35,14 @@ Clips = SimpleNamespace
 @pytest.fixture
 def clips(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Clips:
     """A clip of each of them."""
-    people_library(monkeypatch)
+    library(monkeypatch)
     return SimpleNamespace(anna=clip_of(tmp_path, ANNA), ben=clip_of(tmp_path, BEN))
 
 
 @pytest.fixture
 def grown(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
     """From then on, Anna's clip shows her a little older."""
-    return lambda: people_library(monkeypatch, (OLDER_ANNA, BEN))
+    return lambda: library(monkeypatch, (OLDER_ANNA, BEN))
 
 
 def collection_of(obj: bpy.types.Object) -> bpy.types.Collection:
@@ -138,7 +154,7 @@ def test_a_run_makes_what_was_chosen_when_it_began(clips: Clips) -> None:
 
 def test_saved_opened_and_run_again_they_stay_two(clips: Clips, grown: Callable[[], None], tmp_path: Path) -> None:
     anna, ben = (run(clip).name for clip in (clips.anna, clips.ben))
-    reopen(tmp_path / "two.blend")
+    reopened(tmp_path / "two.blend")
     objects = bpy.data.objects
     assert_is(objects[anna], ANNA)
     assert_is(objects[ben], BEN)
@@ -146,7 +162,7 @@ def test_saved_opened_and_run_again_they_stay_two(clips: Clips, grown: Callable[
     assert run(clips.anna) == objects[anna]
     assert_is(objects[anna], OLDER_ANNA)
     assert_is(objects[ben], BEN)
-    reopen(tmp_path / "again.blend")
+    reopened(tmp_path / "again.blend")
     assert_is(bpy.data.objects[anna], OLDER_ANNA)
     assert_is(bpy.data.objects[ben], BEN)
 
@@ -305,18 +321,39 @@ def test_a_head_appended_twice_is_two(clips: Clips, grown: Callable[[], None], t
     assert_is(second, OLDER_ANNA)
 
 
-def test_a_linked_head_is_shown_but_not_changed(clips: Clips, tmp_path: Path) -> None:
-    run(clips.anna)
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "anna.blend"))
+def link(path: Path) -> bpy.types.Collection:
+    """Save the file there and link its first head into a new one; gives the collection."""
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=False)
-    with bpy.data.libraries.load(str(tmp_path / "anna.blend"), link=True) as (_, wanted):
+    with bpy.data.libraries.load(str(path), link=True) as (_, wanted):
         wanted.collections = ["Face"]
     bpy.context.scene.collection.children.link(wanted.collections[0])
+    return wanted.collections[0]
+
+
+def test_an_override_of_a_linked_head_is_not_changed_either(clips: Clips, tmp_path: Path) -> None:
+    run(clips.anna)
+    linked = link(tmp_path / "anna.blend")
+    linked.override_hierarchy_create(bpy.context.scene, bpy.context.view_layer, do_fully_editable=True)
+    bpy.context.scene.collection.children.unlink(linked)
+    anna = next(o for o in bpy.context.scene.objects if o.get("facewright_part") == "skin")
+    assert anna.override_library is not None, "its objects are the artist's"
+    select(anna)
+    assert not bpy.ops.facewright.expression.poll(), "its keys are still of the other file"
+    bpy.context.scene.facewright_clip.path = clips.anna
+    assert bpy.context.scene.facewright_clip.head == "NEW"
+    assert run(clips.anna) != anna
+    assert_is(anna, ANNA)
+
+
+def test_a_linked_head_is_shown_but_not_changed(clips: Clips, tmp_path: Path) -> None:
+    run(clips.anna)
+    link(tmp_path / "anna.blend")
     linked = bpy.context.scene.objects["Face"]
     select(linked)
     assert "This is Anna" in drawn("FACEWRIGHT_PT_report", object=linked), "its report is shown"
     assert not bpy.ops.facewright.expression.poll(), "its keys belong to the other file"
-    with pytest.raises(RuntimeError, match="linked from another file: make a library override"):
+    with pytest.raises(RuntimeError, match="linked from another file: set them there, or append"):
         bpy.ops.facewright.expression(name="happiness")
     bpy.context.scene.facewright_clip.path = clips.anna
     assert bpy.context.scene.facewright_clip.head == "NEW", "a run cannot change it"
@@ -390,6 +427,19 @@ def test_a_copy_whose_original_is_gone_is_the_head(clips: Clips, grown: Callable
     assert run(clips.anna) == copy
     assert len(heads()) == 1
     assert_is(copy, OLDER_ANNA)
+
+
+def test_a_copy_whose_originals_skin_is_gone_keeps_its_own_parts(clips: Clips, grown: Callable[[], None]) -> None:
+    anna = run(clips.anna)
+    left = [obj for obj in head_of(anna).objects if obj != anna]
+    copies = duplicated(*head_of(anna).objects)
+    bpy.data.objects.remove(anna)
+    assert head_of(copies["skin"]).parts == copies
+    before = [evaluated(obj) for obj in left]
+    grown()
+    assert run(clips.anna) == copies["skin"]
+    assert_is(copies["skin"], OLDER_ANNA)
+    assert all(np.array_equal(evaluated(obj), shape) for obj, shape in zip(left, before)), "the rest stays as it is"
 
 
 def test_a_duplicated_collection_is_another_head(clips: Clips, grown: Callable[[], None]) -> None:
@@ -521,7 +571,7 @@ def test_a_head_of_an_older_version_is_adopted_by_the_next_run(
     clips: Clips, grown: Callable[[], None], tmp_path: Path
 ) -> None:
     made_by_an_older_version(clips.anna, run(clips.anna))
-    reopen(tmp_path / "old.blend")
+    reopened(tmp_path / "old.blend")
     anna, settings = bpy.data.objects["Face"], bpy.context.scene.facewright_clip
     assert bpy.ops.facewright.expression(name="happiness") == {"FINISHED"}, "it works as it is"
     assert bpy.ops.facewright.expression(name="neutral") == {"FINISHED"}
@@ -539,7 +589,7 @@ def test_a_head_of_an_older_version_is_adopted_by_the_next_run(
 
 def test_another_person_does_not_repaint_a_head_of_an_older_version(clips: Clips, tmp_path: Path) -> None:
     made_by_an_older_version(clips.anna, run(clips.anna))
-    reopen(tmp_path / "old.blend")
+    reopened(tmp_path / "old.blend")
     anna = bpy.data.objects["Face"]
     ben = run(clips.ben)
     assert ben != anna
