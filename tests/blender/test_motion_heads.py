@@ -92,3 +92,17 @@ def test_of_a_head_and_its_copy_the_head_follows(clip: bpy.types.MovieClip) -> N
     show(clip, solution(), "HEAD")
     assert_follows(filmed)
     assert len(bpy.data.objects["Face.001"].constraints) == 0
+
+
+def test_a_head_that_follows_is_appended_with_what_it_follows(clip: bpy.types.MovieClip, tmp_path: Path) -> None:
+    show(clip, solution(), "HEAD")
+    filmed = run(OWN)
+    before = [place(filmed, frame) for frame in (1, 12)]
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "filmed.blend"))
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=False)
+    folder = f"{tmp_path}/filmed.blend/Collection/"
+    assert bpy.ops.wm.append(filepath=f"{folder}Face", directory=folder, filename="Face") == {"FINISHED"}
+    assert [place(bpy.data.objects["Face"], frame) for frame in (1, 12)] == before, "it moves as it did"
+    ben = run(clip_of(tmp_path, BEN))
+    assert len(ben.constraints) == 0, "a new head does not follow what another brought along"
+    assert [place(bpy.data.objects["Face"], frame) for frame in (1, 12)] == before
