@@ -145,7 +145,7 @@ def reconstruct(wanted: argparse.Namespace) -> list[str]:
     result = wait(actions.reconstructed(actions.Source(wanted.clip, wanted.frames), settings))
     result.write(wanted.output)
     if wanted.blend:
-        actions.place(bpy.context.scene, result)
+        actions.place(bpy.context.scene, result, str(Path(wanted.clip).resolve()))
         bpy.ops.wm.save_as_mainfile(filepath=bpy.path.abspath(wanted.blend))
     return [*actions.report_lines(result.report), *actions.warnings(result.report)]
 

@@ -216,6 +216,15 @@ def time_left(seconds: float | None) -> str:
     return f"{math.ceil(seconds / 60)} min left, " if seconds > 90 else f"{math.ceil(seconds)} s left, "
 
 
+def draw_pupils(layout: bpy.types.UILayout, person: bpy.types.PropertyGroup) -> None:
+    """The measured distance of the pupils, in a layout that splits properties."""
+    row = layout.row(heading="Pupils (mm)")
+    row.prop(person, "use_interocular", text="")
+    value = row.row()
+    value.active = person.use_interocular
+    value.prop(person, "interocular_mm", text="")
+
+
 def draw_text(layout: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str = "NONE") -> None:
     """A sentence in as many lines as the side bar needs; Blender would leave out the middle of a long one."""
     width = context.region.width / context.preferences.system.ui_scale - SIDE_BAR_MARGIN_PX

@@ -2,7 +2,9 @@
 
 import bpy
 
-from . import cli
+from . import cli, older_files
+from .animate.operators import FACEWRIGHT_OT_expression
+from .animate.panel import FACEWRIGHT_PT_expressions
 from .calibrate import following
 from .calibrate.operators import (
     FACEWRIGHT_OT_calibrate,
@@ -37,14 +39,11 @@ from .motion.operators import (
 from .motion.panel import FACEWRIGHT_PT_clip_motion, FACEWRIGHT_PT_motion
 from .motion.panel import draw_clip_menu as draw_motion_menu
 from .motion.properties import FacewrightMotion
-from .reconstruct.operators import (
-    FACEWRIGHT_OT_expression,
-    FACEWRIGHT_OT_reconstruct,
-)
+from .person.properties import FacewrightPerson
+from .reconstruct.operators import FACEWRIGHT_OT_reconstruct
 from .reconstruct.panel import (
     FACEWRIGHT_PT_advanced,
     FACEWRIGHT_PT_clip,
-    FACEWRIGHT_PT_expressions,
     FACEWRIGHT_PT_report,
     draw_menu,
 )
@@ -79,6 +78,7 @@ CLASSES: tuple[type, ...] = (
     FacewrightCamera,
     FacewrightRigFolder,
     FacewrightRig,
+    FacewrightPerson,
     FacewrightClip,
     FacewrightTrack,
     FacewrightMotion,
@@ -135,6 +135,7 @@ def register() -> None:
         bpy.utils.register_class(cls)
     bpy.types.Scene.facewright_camera = bpy.props.PointerProperty(type=FacewrightCamera)
     bpy.types.Scene.facewright_rig = bpy.props.PointerProperty(type=FacewrightRig)
+    bpy.types.Scene.facewright_person = bpy.props.PointerProperty(type=FacewrightPerson)
     bpy.types.Scene.facewright_clip = bpy.props.PointerProperty(type=FacewrightClip)
     bpy.types.Scene.facewright_track = bpy.props.PointerProperty(type=FacewrightTrack)
     bpy.types.Scene.facewright_motion = bpy.props.PointerProperty(type=FacewrightMotion)
@@ -143,11 +144,13 @@ def register() -> None:
     bpy.types.CLIP_MT_clip.append(draw_track_menu)
     bpy.types.CLIP_MT_clip.append(draw_motion_menu)
     following.register()
+    older_files.register()
     cli.register()
 
 
 def unregister() -> None:
     cli.unregister()
+    older_files.unregister()
     following.unregister()
     bpy.types.CLIP_MT_clip.remove(draw_motion_menu)
     bpy.types.CLIP_MT_clip.remove(draw_track_menu)
@@ -157,6 +160,7 @@ def unregister() -> None:
     del bpy.types.Scene.facewright_track
     del bpy.types.Scene.facewright_clip
     del bpy.types.Scene.facewright_rig
+    del bpy.types.Scene.facewright_person
     del bpy.types.Scene.facewright_camera
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

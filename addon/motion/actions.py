@@ -27,10 +27,10 @@ class Settings:
     @classmethod
     def of(cls, scene: Any) -> "Settings":
         """What the panels say."""
-        settings, head = scene.facewright_motion, scene.facewright_clip
+        settings = scene.facewright_motion
         return cls(
             scene.facewright_camera.text or None,
-            head.interocular_mm if head.use_interocular else None,
+            scene.facewright_person.pupils_mm,
             (settings.length_from, settings.length_to, settings.length_mm) if settings.use_length else None,
         )
 

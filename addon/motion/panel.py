@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..modal import Running, draw_progress, draw_text
+from ..modal import Running, draw_progress, draw_pupils, draw_text
 from ..scene import face_tracks
 from . import actions
 from .operators import (
@@ -53,6 +53,9 @@ def draw_motion(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
         layout.prop(settings, "key_turn")
     if settings.kind == "HEAD":
         layout.prop(settings, "follow")
+    column = layout.column()
+    column.use_property_split, column.use_property_decorate = True, False
+    draw_pupils(column, context.scene.facewright_person)
     draw_length(layout, settings, tracked_clip(context))
     # The bar takes the button's place: a button under a resting mouse would stay grey after the work.
     if Running.operator is FACEWRIGHT_OT_motion:

@@ -8,10 +8,13 @@ from typing import Any
 from ..engine import FacewrightError, Method, Reconstruction, check_folder, reconstruct
 from ..engine.tracks import parse, to_text
 from ..jobs import Work, watch
-from ..scene import face_tracks, motion_rig, track_reading, video
+from ..scene import face_tracks, heads, motion_rig, track_reading, video
 from ..scene import head as scene_head
 from ..scene.footage import PICTURES
+from ..scene.heads import Head
 
+# Which head a run is to make: a new one, the one of a key, or (empty) the one that the clip has made.
+NEW = "new"
 NO_MARKERS = "no movie clip of this file has the face's tracks: track the face in the Clip editor"
 
 
@@ -106,12 +109,82 @@ def _images(source: Source) -> list[str]:
     return images
 
 
-def place(scene: Any, result: Reconstruction, collection: Any = None) -> Any:
-    """Show a head in a collection of a scene (None: its own), moved by the motion that the scene has; gives `Face`."""
-    before = scene_head.face(scene)
-    face = scene_head.place(scene, result, collection)
-    motion_rig.meet_face(scene, face != before, scene.facewright_motion.follow)
+def place(scene: Any, result: Reconstruction, clip: str, wanted: str = "", collection: Any = None) -> Any:
+    """Show what was made from a clip as the wanted head, moved by the motion that the scene has; gives `Face`.
+
+    A new one gets a collection of its own within another (None: the scene's own).
+    """
+    head = _chosen(_local(scene), clip, wanted)
+    face = scene_head.place(scene, result, clip, head, collection)
+    scene.facewright_clip.wanted = heads.key_of(face)
+    is_new = head is None or face != head.skin
+    motion_rig.meet_face(scene, face, is_new, scene.facewright_motion.follow)
     return face
+
+
+def show(layer: Any, face: Any) -> None:
+    """Select a head alone and make it active; one in a collection that the view layer leaves out cannot be."""
+    # A view layer knows nothing of new objects before.
+    layer.update()
+    for obj in layer.objects.selected:
+        obj.select_set(False, view_layer=layer)
+    # Not by its name, which a linked object may have too.
+    if face in layer.objects.values():
+        face.select_set(True, view_layer=layer)
+        layer.objects.active = face
+
+
+def choices(scene: Any) -> list[tuple[str, str, str]]:
+    """What a run can make, each with its name, label and description: a new head, or one of the scene's anew."""
+    new = (NEW.upper(), "New Head", "Make another head, in a collection of its own")
+    return [new, *(_choice(head) for head in _local(scene))]
+
+
+def chosen(scene: Any) -> int:
+    """The number of what the next run will make."""
+    settings, found = scene.facewright_clip, _local(scene)
+    head = _chosen(found, settings.path, settings.wanted)
+    return 0 if head is None else found.index(head) + 1
+
+
+def choose(scene: Any, number: int) -> None:
+    """Let the next run make the choice of a number."""
+    scene.facewright_clip.wanted = heads.own_key(scene, _local(scene)[number - 1]) if number else NEW
+
+
+def forget_choice(scene: Any) -> None:
+    """Another clip may show another person: choose anew, unless it is the one that the chosen head was made from."""
+    settings = scene.facewright_clip
+    head = heads.of_key(_local(scene), settings.wanted)
+    if head is None or head.clip is None or not heads.same_clip(head.clip, settings.path):
+        settings.wanted = ""
+
+
+def _choice(head: Head) -> tuple[str, str, str]:
+    if head.skin is None:
+        return head.name, f"{head.name} Anew", "Make this head again: its skin was deleted"
+    about = "Bring this head up to date: its keys keep values and animation, its materials their nodes"
+    return head.name, f"Update {head.title}", about
+
+
+def _local(scene: Any) -> list[Head]:
+    """The heads that a run may change."""
+    return [head for head in heads.heads(scene) if head.is_local]
+
+
+def _chosen(found: list[Head], clip: str, wanted: str) -> Head | None:
+    """The head that is to be brought up to date; None for a new one."""
+    if wanted == NEW:
+        return None
+    return heads.of_key(found, wanted) or heads.made_of(found, clip)
+
+
+def report(scene: Any, active: Any) -> tuple[str, str] | None:
+    """The report of the active object's head, or of the last one made, after the head's name; that is empty for one."""
+    shown = heads.current(scene, active, scene.facewright_clip.wanted)
+    if shown is None or shown.skin is None or scene_head.REPORT not in shown.skin:
+        return None
+    return heads.name_among(scene, shown), shown.skin[scene_head.REPORT]
 
 
 def markers_complaint(path: str, method: Method) -> str:

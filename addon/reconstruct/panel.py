@@ -2,10 +2,9 @@
 
 import bpy
 
-from ..modal import Running, draw_progress, draw_text
-from ..scene import head as scene_head
+from ..modal import Running, draw_progress, draw_pupils, draw_text
 from . import actions
-from .operators import FACEWRIGHT_OT_expression, FACEWRIGHT_OT_reconstruct
+from .operators import FACEWRIGHT_OT_reconstruct
 
 
 class Side:
@@ -26,6 +25,8 @@ class FACEWRIGHT_PT_clip(Side, bpy.types.Panel):
             row = layout.row(align=True)
             row.prop(clip, "first")
             row.prop(clip, "last")
+        if len(actions.choices(context.scene)) > 1:
+            layout.prop(clip, "head", text="")
         # The bar takes the button's place: a button under a resting mouse would stay grey after the work.
         if Running.operator is FACEWRIGHT_OT_reconstruct:
             draw_progress(layout)
@@ -45,11 +46,7 @@ class FACEWRIGHT_PT_advanced(Side, bpy.types.Panel):
         layout.use_property_split, layout.use_property_decorate = True, False
         layout.prop(clip, "method")
         layout.prop(clip, "texture_size")
-        row = layout.row(heading="Pupils (mm)")
-        row.prop(clip, "use_interocular", text="")
-        value = row.row()
-        value.active = clip.use_interocular
-        value.prop(clip, "interocular_mm", text="")
+        draw_pupils(layout, context.scene.facewright_person)
         layout.prop(clip, "output", placeholder="Optional")
         self.draw_markers(context)
 
@@ -72,32 +69,19 @@ class FACEWRIGHT_PT_report(Side, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        face = scene_head.face(context.scene)
-        return face is not None and scene_head.REPORT in face
+        return actions.report(context.scene, context.object) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
-        face = scene_head.face(context.scene)
-        assert face is not None, "poll has seen it"
-        text = face[scene_head.REPORT]
+        shown = actions.report(context.scene, context.object)
+        assert shown is not None, "poll has seen it"
+        head, text = shown
+        if head:
+            self.layout.label(text=head, icon="USER")
         column = self.layout.column(align=True)
         for line in actions.report_lines(text):
             column.label(text=line)
         for warning in actions.warnings(text):
             draw_text(self.layout, context, warning[:1].upper() + warning[1:], icon="ERROR")
-
-
-class FACEWRIGHT_PT_expressions(Side, bpy.types.Panel):
-    bl_label = "Expressions"
-    bl_order = 3
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return scene_head.face(context.scene) is not None
-
-    def draw(self, context: bpy.types.Context) -> None:
-        grid = self.layout.grid_flow(columns=2, align=True)
-        for name in ["neutral", *scene_head.expressions(scene_head.face(context.scene))]:
-            grid.operator(FACEWRIGHT_OT_expression.bl_idname, text=name.capitalize()).name = name
 
 
 def draw_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:

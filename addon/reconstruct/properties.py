@@ -1,14 +1,40 @@
 """Settings of the clip and the reconstruction."""
 
+from typing import Any
+
 import bpy
+
+from . import actions
+
+# Blender keeps no text of a choice that Python has forgotten.
+_texts: dict[str, str] = {}
+
+
+def _heads(clip: Any, _context: bpy.types.Context | None) -> list[tuple[str, str, str, int]]:
+    """The choices of a clip's scene."""
+    kept = [[_texts.setdefault(text, text) for text in choice] for choice in actions.choices(clip.id_data)]
+    return [(name, label, about, number) for number, (name, label, about) in enumerate(kept)]
 
 
 class FacewrightClip(bpy.types.PropertyGroup):
     """The frames a head is made from."""
 
     path: bpy.props.StringProperty(
-        name="Clip", description="A video, a folder of frames, or the first of an image sequence", subtype="FILE_PATH"
+        name="Clip",
+        description="A video, a folder of frames, or the first of an image sequence",
+        subtype="FILE_PATH",
+        update=lambda self, _context: actions.forget_choice(self.id_data),
     )
+    head: bpy.props.EnumProperty(
+        name="Head",
+        description="What is made of the clip; another clip makes a new head, unless it has made one before",
+        items=_heads,
+        get=lambda self: actions.chosen(self.id_data),
+        set=lambda self, number: actions.choose(self.id_data, number),
+        options=set(),
+    )
+    # The key of that head, "new", or empty for the one that the clip has made.
+    wanted: bpy.props.StringProperty(options={"HIDDEN"})
     use_range: bpy.props.BoolProperty(
         name="Part of the Clip", description="Use only some of the clip's frames", default=False
     )
@@ -25,12 +51,6 @@ class FacewrightClip(bpy.types.PropertyGroup):
         name="Texture",
         items=[(str(n), f"{n} px", f"Texture of {n} × {n} pixels") for n in (1024, 2048, 4096)],
         default="2048",
-    )
-    use_interocular: bpy.props.BoolProperty(
-        name="Known Eye Distance", description="Give the distance between the pupils instead of the usual one"
-    )
-    interocular_mm: bpy.props.FloatProperty(
-        name="Eye Distance", description="Distance between the pupils, millimetres", default=63.0, min=40.0, max=90.0
     )
     use_markers: bpy.props.BoolProperty(
         name="Use Markers",

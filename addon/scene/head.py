@@ -6,54 +6,48 @@ import bpy
 import numpy as np
 
 from ..engine import Reconstruction
+from . import heads, looks
 from .axes import to_blender
-from .materials import LOOKS, image, material
+from .heads import SKIN, Head
+from .materials import EYES
+from .materials import SKIN as SKIN_LOOK
 
-PART = "facewright_part"
 EXPRESSIONS = "facewright_expressions"
 REPORT = "facewright_report"
-SKIN = "skin"
-
-
-def face(scene: bpy.types.Scene) -> bpy.types.Object | None:
-    """The head's skin object in a scene."""
-    return part_objects(scene).get(SKIN)
-
-
-def part_objects(scene: bpy.types.Scene) -> dict[str, bpy.types.Object]:
-    """The objects of the head in a scene by part name."""
-    found = {o.get(PART): o for o in scene.objects if o.type == "MESH" and o.get(PART)}
-    return {str(name): found[name] for name in found}
+# Between a new head and the one that stands farthest to the left of its subject, metres.
+BESIDE = 0.3
 
 
 def place(
-    scene: bpy.types.Scene, head: Reconstruction, collection: bpy.types.Collection | None = None
+    scene: bpy.types.Scene,
+    result: Reconstruction,
+    clip: str = "",
+    head: Head | None = None,
+    parent: bpy.types.Collection | None = None,
 ) -> bpy.types.Object:
-    """Put a head into a collection of a scene (None: its own), or bring the one that is in the scene up to date.
+    """Bring a head of a scene up to date; None makes a new one, in a collection of its own within another.
 
-    Gives back the skin object, `Face`.
+    `clip` is what the result was made from, for the head to remember. Gives back the skin object, `Face`.
     """
-    objects = part_objects(scene)
-    pictures = {"Face skin": image("Face skin", head.texture), "Face eyes": image("Face eyes", head.eyes)}
-    skin = objects.get(SKIN)
-    for name, vertices, quads in head.parts:
-        obj = objects.get(name)
-        if obj is None or len(obj.data.vertices) != vertices[1] - vertices[0]:
-            obj = _new_object(collection or scene.collection, name, skin)
-            _build_mesh(obj.data, head, vertices, quads)
-        look = LOOKS[name]
-        if not obj.data.materials:
-            obj.data.materials.append(material(look, pictures.get(look.name)))
-        _set_shape(obj, head, vertices)
-        if name == SKIN:
-            skin = obj
-    assert skin is not None, "the first part is the skin"
-    for obj in part_objects(scene).values():
-        if obj is not skin:
-            _adopt(obj, skin, objects.get(SKIN))
+    others = heads.heads(scene)
+    known = heads.begun(scene, parent) if head is None else heads.claimed(scene, head)
+    parts = {name: _part(known, name, vertices[1] - vertices[0]) for name, vertices, _ in result.parts}
+    for name, vertices, quads in result.parts:
+        if not parts[name].data.vertices:
+            _build_mesh(parts[name].data, result, vertices, quads)
+    looks.dress(known.name, parts, known.parts, {SKIN_LOOK: result.texture, EYES: result.eyes})
+    for name, vertices, _ in result.parts:
+        _set_shape(parts[name], result, vertices, name == SKIN)
+    skin = parts[SKIN]
+    for name, obj in ({**known.parts, **parts}).items():
+        if name != SKIN:
+            _hang(obj, skin, known)
             _drive_keys(obj, skin)
-    skin[EXPRESSIONS] = json.dumps({name: dict(weights) for name, weights in head.expressions})
-    skin[REPORT] = head.report
+    if not known.parts:
+        skin.location.x = max((o.skin.location.x + BESIDE for o in others if o.skin is not None), default=0.0)
+    heads.remember(known, skin, clip)
+    skin[EXPRESSIONS] = json.dumps({name: dict(weights) for name, weights in result.expressions})
+    skin[REPORT] = result.report
     return skin
 
 
@@ -73,19 +67,25 @@ def set_keys(skin: bpy.types.Object, values: dict[str, float], frame: float | No
         block.value = value
 
 
-def _new_object(collection: bpy.types.Collection, name: str, skin: bpy.types.Object | None) -> bpy.types.Object:
-    title = "Face" if name == SKIN else f"Face {name}"
+def _part(head: Head, name: str, vertices: int) -> bpy.types.Object:
+    """The object of a part; a new one where there is none, or where the artist has made another mesh of it."""
+    obj = head.parts.get(name)
+    if obj is not None and len(obj.data.vertices) == vertices:
+        return obj
+    if obj is not None:
+        heads.release(obj)
+    title = head.name if name == SKIN else f"{head.name} {name}"
     obj = bpy.data.objects.new(title, bpy.data.meshes.new(title))
-    obj[PART] = name
-    collection.objects.link(obj)
-    if skin is not None:
-        obj.parent = skin
+    heads.mark(obj, name, head.key)
+    assert head.home is not None, "a head that is changed has a collection"
+    head.home.objects.link(obj)
     return obj
 
 
-def _adopt(obj: bpy.types.Object, skin: bpy.types.Object, before: bpy.types.Object | None) -> None:
-    """Hang a part that has lost its skin, or had the one before, below the skin."""
-    if skin != before and obj.parent in (None, before):
+def _hang(obj: bpy.types.Object, skin: bpy.types.Object, before: Head) -> None:
+    """Hang a part below the skin if it is new, or has lost its skin, or had the one before."""
+    is_new = obj not in before.objects
+    if is_new or (skin != before.skin and obj.parent in (None, before.skin)):
         obj.parent = skin
 
 
@@ -101,14 +101,14 @@ def _build_mesh(mesh: bpy.types.Mesh, head: Reconstruction, vertices: tuple[int,
     mesh.validate()
 
 
-def _set_shape(obj: bpy.types.Object, head: Reconstruction, vertices: tuple[int, int]) -> None:
+def _set_shape(obj: bpy.types.Object, head: Reconstruction, vertices: tuple[int, int], is_skin: bool) -> None:
     """Basis and keys; values and animation of keys that exist stay."""
     first, end = vertices
     basis = head.positions[first:end]
     _set_block(obj, "Basis", basis)
     for name, indices, offsets in head.keys:
         inside = (indices >= first) & (indices < end)
-        if not inside.any() and obj[PART] != SKIN:
+        if not inside.any() and not is_skin:
             continue
         moved = basis.copy()
         moved[indices[inside] - first] += offsets[inside]

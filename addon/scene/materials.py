@@ -13,49 +13,56 @@ LINEAR_LASHES = (0.02, 0.015, 0.012, 0.3)
 
 @dataclass(frozen=True)
 class Look:
-    """How a part looks: a picture, or a plain linear colour."""
+    """How parts look: a picture, or a plain linear colour."""
 
     name: str
     roughness: float
     colour: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
-    pictured: bool = False
     # Lashes are a strip whose sheen would show what is no lash.
     specular: float = 0.5
 
 
+SKIN = Look("skin", 0.55)
+EYES = Look("eyes", 0.1)
+TEETH = Look("teeth", 0.25, LINEAR_TEETH)
+TONGUE = Look("tongue", 0.4, LINEAR_TONGUE)
+LASHES = Look("lashes", 0.8, LINEAR_LASHES, specular=0.0)
+
+# By the names of a head's parts.
 LOOKS = {
-    "skin": Look("Face skin", 0.55, pictured=True),
-    "eye_left": Look("Face eyes", 0.1, pictured=True),
-    "eye_right": Look("Face eyes", 0.1, pictured=True),
-    "teeth_upper": Look("Face teeth", 0.25, LINEAR_TEETH),
-    "teeth_lower": Look("Face teeth", 0.25, LINEAR_TEETH),
-    "tongue": Look("Face tongue", 0.4, LINEAR_TONGUE),
-    "lashes": Look("Face lashes", 0.8, LINEAR_LASHES, specular=0.0),
+    "skin": SKIN,
+    "eye_left": EYES,
+    "eye_right": EYES,
+    "teeth_upper": TEETH,
+    "teeth_lower": TEETH,
+    "tongue": TONGUE,
+    "lashes": LASHES,
 }
 
 
-def image(name: str, pixels: NDArray[np.uint8]) -> bpy.types.Image:
-    """The packed image of a name with these sRGB pixels, (height, width, 4), top row first; opaque."""
+def set_pixels(picture: bpy.types.Image, pixels: NDArray[np.uint8]) -> None:
+    """Give an image sRGB pixels, (height, width, 4), top row first, and their size; opaque, packed into the file."""
     height, width = pixels.shape[:2]
-    picture = bpy.data.images.get(name)
-    if picture is None:
-        picture = bpy.data.images.new(name, width, height, alpha=False)
-    elif tuple(picture.size) != (width, height):
+    if tuple(picture.size) != (width, height):
         picture.scale(width, height)
     values = np.flipud(pixels).astype(np.float32) / 255.0
     values[..., 3] = 1.0
     picture.pixels.foreach_set(np.ascontiguousarray(values).ravel())
     picture.update()
     picture.pack()
+
+
+def new_image(name: str, pixels: NDArray[np.uint8]) -> bpy.types.Image:
+    """A packed image of such pixels."""
+    height, width = pixels.shape[:2]
+    picture = bpy.data.images.new(name, width, height, alpha=False)
+    set_pixels(picture, pixels)
     return picture
 
 
-def material(look: Look, picture: bpy.types.Image | None) -> bpy.types.Material:
-    """The material of a look; one that exists keeps what the artist did to it, and gets the new picture."""
-    existing = bpy.data.materials.get(look.name)
-    if existing is not None:
-        return existing
-    made = bpy.data.materials.new(look.name)
+def new_material(name: str, look: Look, picture: bpy.types.Image | None) -> bpy.types.Material:
+    """A material of a look, with a picture if it has one."""
+    made = bpy.data.materials.new(name)
     if bpy.app.version < (5, 0):
         made.use_nodes = True
     # Solid view knows no nodes: without this, lashes and tongue are white there.
@@ -74,6 +81,28 @@ def material(look: Look, picture: bpy.types.Image | None) -> bpy.types.Material:
         shader.inputs["Alpha"].default_value = look.colour[3]
         made.surface_render_method = "BLENDED"
     return made
+
+
+def images(tree: bpy.types.NodeTree | None) -> list[bpy.types.Image]:
+    """The images in the nodes of a material, those within groups too."""
+    found: list[bpy.types.Image] = []
+    for node in tree.nodes if tree is not None else []:
+        if node.type == "GROUP":
+            found += images(node.node_tree)
+        elif node.type == "TEX_IMAGE" and node.image is not None:
+            found.append(node.image)
+    return found
+
+
+def exchange(tree: bpy.types.NodeTree, old: bpy.types.Image, new: bpy.types.Image) -> None:
+    """Put another image in the place of one; a group that others use too is copied."""
+    for node in tree.nodes:
+        if node.type == "TEX_IMAGE" and node.image == old:
+            node.image = new
+        elif node.type == "GROUP" and old in images(node.node_tree):
+            if node.node_tree.users > 1:
+                node.node_tree = node.node_tree.copy()
+            exchange(node.node_tree, old, new)
 
 
 def plain(name: str, colour: tuple[float, float, float, float]) -> bpy.types.Material:

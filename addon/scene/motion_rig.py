@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from ..engine import Motion
 from . import camera as scene_camera
-from . import head as scene_head
-from . import motion_lens, motion_record, pose_keys
+from . import heads, motion_lens, motion_record, pose_keys
 from .axes import FORWARD, below_camera, head_below_camera
 from .motion_record import KIND, Shown
 
@@ -108,13 +107,13 @@ def remove(scene: bpy.types.Scene) -> None:
         _remove(empty)
 
 
-def meet_face(scene: bpy.types.Scene, is_new: bool, follow: bool) -> None:
+def meet_face(scene: bpy.types.Scene, face: bpy.types.Object, is_new: bool, follow: bool) -> None:
     """Treat a reconstructed head as if the motion of its scene had been found afterwards; without one, leave it.
 
     Where `Face Head` stands, the artist may have put it there: a new head comes to it, one that was there stays.
     """
-    home, empty, face = motion_record.collection(scene), head(scene), scene_head.face(scene)
-    if home is None or empty is None or face is None:
+    home, empty = motion_record.collection(scene), head(scene)
+    if home is None or empty is None or _face(scene) != face:
         return
     moves = home.get(KIND) == "HEAD"
     if is_new and not moves:
@@ -202,11 +201,31 @@ def _new_head(home: bpy.types.Collection) -> bpy.types.Object:
 
 def _face_matrix(scene: bpy.types.Scene) -> Matrix:
     """Where the reconstructed head stands of itself; the origin without one."""
-    face = scene_head.face(scene)
+    face = _face(scene)
     if face is None:
         return Matrix.Identity(4)
     place = face.matrix_parent_inverse @ face.matrix_basis
     return face.parent.matrix_world @ place if face.parent is not None else place
+
+
+def _face(scene: bpy.types.Scene) -> bpy.types.Object | None:
+    """The head that the motion is of: the one made from its clip, or the only one of the scene."""
+    home = motion_record.collection(scene)
+    clip = motion_record.clip(home) if home is not None else None
+    found = [known for known in heads.heads(scene) if known.skin is not None and known.is_local]
+    made = heads.made_of(found, clip.filepath) if clip is not None else None
+    if made is None and len(found) == 1:
+        made = found[0]
+    return made.skin if made is not None else None
+
+
+def _let_go(scene: bpy.types.Scene) -> None:
+    """Let no head take the place of the Empty."""
+    empty = head(scene)
+    for face in [known.skin for known in heads.heads(scene) if known.skin is not None and known.is_local]:
+        constraint = face.constraints.get(FOLLOW)
+        if constraint is not None and constraint.target in (empty, None):
+            face.constraints.remove(constraint)
 
 
 def _angle(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
@@ -231,14 +250,12 @@ def _hang(child: bpy.types.Object, parent: bpy.types.Object) -> None:
 
 def _follow(scene: bpy.types.Scene, empty: bpy.types.Object | None) -> None:
     """Let the reconstructed head take the place of the Empty by a constraint, or none."""
-    face = scene_head.face(scene)
-    if face is None:
+    face = _face(scene)
+    if empty is None:
+        _let_go(scene)
+    if empty is None or face is None:
         return
     constraint = face.constraints.get(FOLLOW)
-    if empty is None:
-        if constraint is not None:
-            face.constraints.remove(constraint)
-        return
     if constraint is None:
         constraint = face.constraints.new("COPY_TRANSFORMS")
         constraint.name = FOLLOW

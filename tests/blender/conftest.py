@@ -45,6 +45,13 @@ def scene_head() -> ModuleType:
 
 
 @pytest.fixture
+def heads() -> ModuleType:
+    import importlib
+
+    return importlib.import_module(f"{PACKAGE}.scene.heads")
+
+
+@pytest.fixture
 def engine() -> ModuleType:
     import importlib
 

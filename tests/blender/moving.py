@@ -12,6 +12,7 @@ from tracking import CLIP, NAMES, REGIONS, TRUTH, module
 
 LEFT_OUT = 4
 KINDS = ("CAMERA", "HEAD", "CAMERAS")
+FOLLOW = "Facewright Motion"
 Content = dict[str, Any]
 
 
@@ -108,3 +109,20 @@ def saved(content: Content, folder: Path) -> str:
     path = folder / "motion.json"
     path.write_text(json.dumps(content))
     return str(path)
+
+
+def places(*names: str) -> list[list[float]]:
+    """Where objects are now."""
+    bpy.context.view_layer.update()
+    return [np.array(bpy.data.objects[name].matrix_world).ravel().tolist() for name in names]
+
+
+def assert_follows(face: bpy.types.Object) -> None:
+    """It is where the points are, by the one constraint, and they move."""
+    assert [constraint.name for constraint in face.constraints] == [FOLLOW] and face.parent is None
+    seen = []
+    for frame in (1, 12):
+        bpy.context.scene.frame_set(frame)
+        assert np.allclose(face.matrix_world, bpy.data.objects["Face Points"].matrix_world, atol=1e-6)
+        seen += places(face.name)
+    assert not np.allclose(*seen, atol=1e-3)

@@ -10,6 +10,12 @@ import pytest
 PARTS = {"skin", "eye_left", "eye_right", "teeth_upper", "teeth_lower", "tongue", "lashes"}
 
 
+def parts_of(heads: ModuleType) -> dict[str, bpy.types.Object]:
+    """The objects of the one head by their parts."""
+    (head,) = heads.heads(bpy.context.scene)
+    return head.parts
+
+
 def evaluated(obj: bpy.types.Object) -> np.ndarray:
     """(n, 3) world vertices with all keys applied."""
     bpy.context.view_layer.update()
@@ -19,8 +25,8 @@ def evaluated(obj: bpy.types.Object) -> np.ndarray:
     return positions.reshape(-1, 3)
 
 
-def test_parts_keys_and_attributes_are_there(generic_face: bpy.types.Object, scene_head: ModuleType) -> None:
-    objects = scene_head.part_objects(bpy.context.scene)
+def test_parts_keys_and_attributes_are_there(generic_face: bpy.types.Object, heads: ModuleType) -> None:
+    objects = parts_of(heads)
     assert set(objects) == PARTS
     assert all(o.parent is generic_face for name, o in objects.items() if name != "skin")
     names = [block.name for block in generic_face.data.shape_keys.key_blocks]
@@ -39,8 +45,8 @@ def test_the_face_looks_along_minus_y_and_is_of_human_size(generic_face: bpy.typ
     assert 0.25 < height < 0.45
 
 
-def test_a_key_of_the_face_moves_the_other_parts(generic_face: bpy.types.Object, scene_head: ModuleType) -> None:
-    teeth = scene_head.part_objects(bpy.context.scene)["teeth_lower"]
+def test_a_key_of_the_face_moves_the_other_parts(generic_face: bpy.types.Object, heads: ModuleType) -> None:
+    teeth = parts_of(heads)["teeth_lower"]
     before = evaluated(teeth)
     generic_face.data.shape_keys.key_blocks["jawOpen"].value = 1.0
     assert (evaluated(teeth) - before)[:, 2].mean() < -0.004
@@ -89,14 +95,14 @@ def test_auto_keying_inserts_keyframes(generic_face: bpy.types.Object) -> None:
 
 
 def test_a_second_run_updates_the_same_objects_and_keeps_animation(
-    generic_face: bpy.types.Object, scene_head: ModuleType, engine: ModuleType
+    generic_face: bpy.types.Object, scene_head: ModuleType, heads: ModuleType, engine: ModuleType
 ) -> None:
     block = generic_face.data.shape_keys.key_blocks["jawOpen"]
     block.value = 0.7
     block.keyframe_insert("value", frame=5)
     generic_face.location.x = 0.5
     count = len(bpy.data.objects)
-    again = scene_head.place(bpy.context.scene, engine.generic_head())
+    again = scene_head.place(bpy.context.scene, engine.generic_head(), head=heads.heads(bpy.context.scene)[0])
     assert again is generic_face and len(bpy.data.objects) == count
     assert generic_face.location.x == 0.5
     assert block.value == pytest.approx(0.7)
@@ -104,15 +110,15 @@ def test_a_second_run_updates_the_same_objects_and_keeps_animation(
 
 
 def test_a_new_face_takes_the_parts_of_a_deleted_one(
-    generic_face: bpy.types.Object, scene_head: ModuleType, engine: ModuleType
+    generic_face: bpy.types.Object, scene_head: ModuleType, heads: ModuleType, engine: ModuleType
 ) -> None:
-    parts = scene_head.part_objects(bpy.context.scene)
+    parts = parts_of(heads)
     own = parts["tongue"].data.shape_keys.key_blocks["jawOpen"]
     own.driver_remove("value")
     own.driver_add("value").driver.expression = "0.25"
     bpy.data.objects.remove(generic_face)
-    face = scene_head.place(bpy.context.scene, engine.generic_head())
-    assert scene_head.part_objects(bpy.context.scene) == parts | {"skin": face}
+    face = scene_head.place(bpy.context.scene, engine.generic_head(), head=heads.heads(bpy.context.scene)[0])
+    assert parts_of(heads) == parts | {"skin": face}
     assert all(part.parent == face for name, part in parts.items() if name != "skin")
     before = evaluated(parts["teeth_lower"])
     face.data.shape_keys.key_blocks["jawOpen"].value = 1.0

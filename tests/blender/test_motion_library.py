@@ -25,12 +25,12 @@ def test_a_clip_is_tracked_and_its_motion_solved(clip: bpy.types.MovieClip) -> N
     assert eye.data.background_images[0].clip == clip
 
 
-def test_measured_pupils_reach_the_library_by_way_of_the_clip(clip: bpy.types.MovieClip) -> None:
+def test_measured_pupils_reach_the_library_by_way_of_the_person(clip: bpy.types.MovieClip) -> None:
     scene = bpy.context.scene
     assert bpy.ops.facewright.track(clip=clip.name) == {"FINISHED"}
     depths = []
     for measured in (57.0, 68.4):
-        scene.facewright_clip.use_interocular, scene.facewright_clip.interocular_mm = True, measured
+        scene.facewright_person.use_interocular, scene.facewright_person.interocular_mm = True, measured
         assert bpy.ops.facewright.motion(clip=clip.name) == {"FINISHED"}
         motion = module("motion.actions").known(scene)
         assert f"given as {measured:.1f} mm" in motion.scale.source

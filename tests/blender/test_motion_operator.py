@@ -50,7 +50,7 @@ def test_the_button_solves_from_the_tracks_as_they_are(tracked: bpy.types.MovieC
 def test_what_was_measured_is_given_to_the_library(tracked: bpy.types.MovieClip, solver: Any) -> None:
     asked, scene = solver(), bpy.context.scene
     scene.facewright_camera.text = json.dumps(TRUTH["camera"])
-    scene.facewright_clip.use_interocular, scene.facewright_clip.interocular_mm = True, 61.0
+    scene.facewright_person.use_interocular, scene.facewright_person.interocular_mm = True, 61.0
     face = tracked.tracking.objects["Face"]
     own = face.tracks.new(name="Left ear", frame=3)
     own.markers[0].co = (0.2, 0.5)

@@ -4,13 +4,10 @@ from pathlib import Path
 from types import ModuleType
 
 import bpy
-import numpy as np
 import pytest
 from conftest import snapshot
-from moving import show, solution
+from moving import assert_follows, places, show, solution
 from tracking import CLIP, Finished, module
-
-FOLLOW = "Facewright Motion"
 
 
 @pytest.fixture(autouse=True)
@@ -24,23 +21,6 @@ def reconstruct() -> bpy.types.Object:
     bpy.context.scene.facewright_clip.path = str(CLIP / "frames")
     assert bpy.ops.facewright.reconstruct() == {"FINISHED"}
     return bpy.data.objects["Face"]
-
-
-def places(*names: str) -> list[list[float]]:
-    """Where objects are now."""
-    bpy.context.view_layer.update()
-    return [np.array(bpy.data.objects[name].matrix_world).ravel().tolist() for name in names]
-
-
-def assert_follows(face: bpy.types.Object) -> None:
-    """It is where the points are, by the one constraint, and they move."""
-    assert [constraint.name for constraint in face.constraints] == [FOLLOW] and face.parent is None
-    seen = []
-    for frame in (1, 12):
-        bpy.context.scene.frame_set(frame)
-        assert np.allclose(face.matrix_world, bpy.data.objects["Face Points"].matrix_world, atol=1e-6)
-        seen += places("Face")
-    assert not np.allclose(*seen, atol=1e-3)
 
 
 def test_a_head_made_after_the_motion_follows_at_once(clip: bpy.types.MovieClip) -> None:

@@ -49,6 +49,13 @@ class Desktop:
         """Press a key or keys by the X names: `Escape`, `ctrl+z`."""
         self._hand("key", key)
 
+    def turn_wheel_up_with(self, key: str) -> None:
+        """One notch of the wheel while a key is held."""
+        self._hand("keydown", key, "click", "4", "keyup", key)
+
+    def type(self, text: str) -> None:
+        self._hand("type", text)
+
     def picture(self, path: Path, rectangle: tuple[int, int, int, int] | None = None) -> None:
         """Save what is on the screen, or a part of it (left, top, width, height)."""
         left, top, width, height = rectangle or (0, 0, *SIZE)

@@ -16,6 +16,8 @@ RECONSTRUCT = "bpy.ops.facewright.reconstruct()"
 TRACK = "bpy.ops.facewright.track()"
 SOLVE = "bpy.ops.facewright.motion()"
 LOOK_THROUGH = "bpy.ops.facewright.look_through()"
+CLIP_FIELD = 'bpy.data.scenes["Scene"].facewright_clip.path'
+HEAD_CHOICE = 'bpy.data.scenes["Scene"].facewright_clip.head'
 HAPPINESS = 'bpy.ops.facewright.expression(name="happiness")'
 # Far beyond what a run takes on a slow machine.
 RUN_SECONDS = 600
@@ -23,10 +25,8 @@ RUN_SECONDS = 600
 KEYS = 1 + 52 + 15
 MIN_TRACKS = 60
 OWN_CAMERA = "Own Camera"
-PARTS = {
-    f"object Face{name}"
-    for name in ("", " eye_left", " eye_right", " teeth_upper", " teeth_lower", " tongue", " lashes")
-}
+SUFFIXES = ("", " eye_left", " eye_right", " teeth_upper", " teeth_lower", " tongue", " lashes")
+PARTS, SECOND_PARTS = ({f"object {face}{suffix}" for suffix in SUFFIXES} for face in ("Face", "Face.001"))
 MOTION = {"object Face Head", "object Face Camera", "object Face Points", "action Face Camera"}
 
 
@@ -93,11 +93,44 @@ def one_click_makes_a_head_that_one_undo_takes_away(session: Session) -> None:
 def an_expression_is_a_click_and_an_undo_step(session: Session) -> None:
     made = finish(session, RECONSTRUCT)
     session.click_button(HAPPINESS)
-    session.wait("the face smiles", ANSWER_SECONDS, lambda s: s["smile"] > 0.3)
+    session.wait("the face smiles", ANSWER_SECONDS, lambda s: s["smiles"]["Face"] > 0.3)
     session.glance()
     session.picture("happiness")
     undo(session, "ctrl+z", made)
-    expect(session.glance()["smile"] == 0.0, "the undone smile is still there")
+    expect(session.glance()["smiles"]["Face"] == 0.0, "the undone smile is still there")
+
+
+def a_second_person_is_a_second_head(session: Session) -> None:
+    first = finish(session, RECONSTRUCT)
+    session.type_into(CLIP_FIELD, str(session.mirrored_clip()))
+    session.wait("another clip is for a new head", ANSWER_SECONDS, lambda s: s["head"] == "NEW")
+    both = finish(session, RECONSTRUCT)
+    expect(both["data"].keys() >= SECOND_PARTS, f"parts are missing: {difference(first, both)}")
+    expect_same(PARTS, first, both)
+    session.picture("two-heads")
+    session.click_button(HAPPINESS)
+    smiling = session.wait("the new head smiles", ANSWER_SECONDS, lambda s: s["smiles"]["Face.001"] > 0.3)
+    expect(smiling["smiles"]["Face"] == 0.0, "the first head smiles with it")
+    choose_first_head(session)
+    updated = finish(session, RECONSTRUCT)
+    expect_same(SECOND_PARTS, both, updated)
+    expect(updated["data"].keys() == both["data"].keys(), f"it is not updated: {difference(both, updated)}")
+    expect(updated["data"]["object Face"] != both["data"]["object Face"], "the first head is not what the clip shows")
+    session.picture("two-heads-updated")
+    session.picture_of_editor("panel-of-two")
+
+
+def choose_first_head(session: Session) -> None:
+    """Turn the wheel over the choice, which goes from one line to the next: the first head instead of the second."""
+    session.point_at_button(HEAD_CHOICE)
+    session.desktop.turn_wheel_up_with("ctrl")
+    session.wait("the first head is chosen", ANSWER_SECONDS, lambda s: s["head"] == "Face")
+
+
+def expect_same(parts: set[str], before: State, after: State) -> None:
+    """Objects are what they were."""
+    for part in sorted(parts):
+        expect(before["data"][part] == after["data"].get(part), f"{part} is not what it was")
 
 
 def tracking_a_clip_writes_markers_that_one_undo_takes_away(session: Session) -> None:
@@ -192,6 +225,7 @@ TESTS: dict[str, list[Test]] = {
         esc_changes_nothing,
         one_click_makes_a_head_that_one_undo_takes_away,
         an_expression_is_a_click_and_an_undo_step,
+        a_second_person_is_a_second_head,
         blender_closes_while_the_job_runs,
     ],
     "CLIP_EDITOR": [

@@ -70,7 +70,8 @@ def shown() -> dict[str, Any]:
         # Of what runs, or ran last.
         "stage": running.stage,
         "fraction": running.fraction,
-        "smile": smile(),
+        "smiles": smiles(),
+        "head": bpy.context.scene.facewright_clip.head,
         "camera": bpy.context.scene.camera.name if bpy.context.scene.camera else "",
         "views": [area.spaces.active.region_3d.view_perspective for area in areas("VIEW_3D")],
     }
@@ -91,18 +92,22 @@ def rectangle(part: bpy.types.Area | bpy.types.Region) -> list[int]:
 
 
 def hovered() -> str:
-    """The Python command of the button under the mouse; empty over anything else."""
+    """The Python command of the button under the mouse, or the path of its property; empty over anything else."""
     area, region = place("UI")
     with bpy.context.temp_override(window=window(), area=area, region=region):
-        if not bpy.ops.ui.copy_python_command_button.poll():
+        if bpy.ops.ui.copy_python_command_button.poll():
+            bpy.ops.ui.copy_python_command_button()
+        elif bpy.ops.ui.copy_data_path_button.poll():
+            bpy.ops.ui.copy_data_path_button(full_path=True)
+        else:
             return ""
-        bpy.ops.ui.copy_python_command_button()
     return bpy.context.window_manager.clipboard
 
 
-def smile() -> float:
-    face = bpy.data.objects.get("Face")
-    return face.data.shape_keys.key_blocks["mouthSmileLeft"].value if face else 0.0
+def smiles() -> dict[str, float]:
+    """How much each head smiles, by the names of their skins."""
+    skins = [obj for obj in bpy.data.objects if obj.get("facewright_part") == "skin"]
+    return {skin.name: skin.data.shape_keys.key_blocks["mouthSmileLeft"].value for skin in skins}
 
 
 def data() -> dict[str, str | int]:

@@ -143,6 +143,21 @@ class Session:
         left, bottom, width, height = state[part]
         return left, state["height"] - bottom - height, width, height
 
+    def type_into(self, field: str, text: str) -> None:
+        """Replace the text of a field."""
+        self.click_button(field)
+        self.desktop.press("ctrl+a")
+        self.desktop.type(text)
+        self.desktop.press("Return")
+
+    def mirrored_clip(self) -> Path:
+        """The clip's frames as in a mirror: another person."""
+        folder = self._folder / "mirrored"
+        folder.mkdir()
+        frames = [str(frame) for frame in sorted((self._setup.clip / "frames").iterdir())]
+        subprocess.run(["mogrify", "-flop", "-path", str(folder), *frames], check=True)
+        return folder
+
     def picture(self, name: str) -> None:
         """Save the whole screen to the results."""
         self.desktop.picture(self._setup.out / f"{name}.png")

@@ -1,0 +1,104 @@
+"""The materials and pictures of a head: its own, found by its objects and never by their names in the file."""
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from .heads import PART
+from .materials import LOOKS, Look, exchange, images, new_image, new_material, set_pixels
+
+# Of an object: the picture that runs paint.
+PICTURE = "facewright_picture"
+# What older versions, which found pictures by their names, called them.
+OLDER = "Face"
+
+Parts = dict[str, bpy.types.Object]
+
+
+def dress(title: str, parts: Parts, before: Parts, pictures: dict[Look, NDArray[np.uint8]]) -> None:
+    """Paint the pictures of a head, and give those of its parts that have none a material.
+
+    What the head had `before`, or its parts have, is kept. `title` begins the names of what is new.
+    """
+    for name, obj in parts.items():
+        _inherit(obj, [*_like(name, before), *_like(name, parts)])
+    for look, pixels in pictures.items():
+        _paint(title, look, [obj for name, obj in parts.items() if LOOKS[name] == look], pixels)
+    made: dict[Look, bpy.types.Material] = {}
+    for name, obj in parts.items():
+        if not obj.data.materials:
+            look = LOOKS[name]
+            if look not in made:
+                made[look] = new_material(f"{title} {look.name}", look, obj.get(PICTURE))
+            obj.data.materials.append(made[look])
+
+
+def _like(name: str, parts: Parts) -> list[bpy.types.Object]:
+    """The parts that look as one of this name, itself first."""
+    same = [obj for other, obj in parts.items() if LOOKS.get(other) == LOOKS[name]]
+    return sorted(same, key=lambda obj: obj != parts.get(name))
+
+
+def _inherit(obj: bpy.types.Object, like: list[bpy.types.Object]) -> None:
+    """Give a part what it lacks, material or picture, of the first that looks like it and has it."""
+    worn = _materials(like)
+    if not obj.data.materials and worn:
+        obj.data.materials.append(worn[0])
+    painted = [other[PICTURE] for other in like if other.get(PICTURE) is not None]
+    if obj.get(PICTURE) is None and painted:
+        obj[PICTURE] = painted[0]
+
+
+def _paint(title: str, look: Look, wearers: list[bpy.types.Object], pixels: NDArray[np.uint8]) -> None:
+    """Give the picture of some parts new pixels; one that another head has too stays, and these get their own."""
+    old = _picture(wearers, look)
+    others = _others(wearers, old) if old is not None else []
+    if old is not None and not others and old.library is None:
+        new = old
+        set_pixels(new, pixels)
+    else:
+        new = new_image(f"{title} {look.name}", pixels)
+        if old is not None:
+            _repaint(wearers, others, old, new)
+    for obj in wearers:
+        obj[PICTURE] = new
+
+
+def _picture(wearers: list[bpy.types.Object], look: Look) -> bpy.types.Image | None:
+    """The picture of some parts; of an older version's, the one of its name in their materials, or the only one."""
+    for obj in wearers:
+        if obj.get(PICTURE) is not None:
+            return obj[PICTURE]
+    shown = [picture for worn in _materials(wearers) for picture in images(worn.node_tree)]
+    named = [picture for picture in shown if picture.name.startswith(f"{OLDER} {look.name}")]
+    return next(iter(named), shown[0] if len(set(shown)) == 1 else None)
+
+
+def _others(wearers: list[bpy.types.Object], picture: bpy.types.Image) -> list[bpy.types.Object]:
+    """Parts of other heads with the same picture; a linked copy shares all and is none."""
+    meshes = {obj.data for obj in wearers}
+    heads = [obj for obj in bpy.data.objects if obj.get(PART) and obj.type == "MESH" and obj.data not in meshes]
+    return [obj for obj in heads if obj.get(PICTURE) == picture or _shows(obj, picture)]
+
+
+def _shows(obj: bpy.types.Object, picture: bpy.types.Image) -> bool:
+    return any(picture in images(worn.node_tree) for worn in _materials([obj]))
+
+
+def _repaint(
+    wearers: list[bpy.types.Object], others: list[bpy.types.Object], old: bpy.types.Image, new: bpy.types.Image
+) -> None:
+    """Put a new picture into materials; those that others wear too are copied, with all that the artist did to them."""
+    theirs, own = set(_materials(others)), {}
+    for slot in [slot for obj in wearers for slot in obj.material_slots]:
+        worn = slot.material
+        if worn is None or old not in images(worn.node_tree):
+            continue
+        if worn in theirs or worn.library is not None:
+            own[worn] = own.get(worn) or worn.copy()
+            slot.material = worn = own[worn]
+        exchange(worn.node_tree, old, new)
+
+
+def _materials(objects: list[bpy.types.Object]) -> list[bpy.types.Material]:
+    return [slot.material for obj in objects for slot in obj.material_slots if slot.material is not None]

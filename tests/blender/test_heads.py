@@ -1,0 +1,623 @@
+"""Two people in one scene: a head each, of its own in every respect, whatever an artist does to the objects."""
+
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+
+import bpy
+import numpy as np
+import pytest
+from conftest import snapshot
+from people import (
+    ANNA,
+    BEN,
+    Person,
+    assert_is,
+    clip_of,
+    evaluated,
+    head_of,
+    heads,
+    library,
+    red,
+    reds,
+    reopened,
+    result,
+    run,
+    select,
+    size,
+)
+from tracking import drawn, module
+
+OLDER_ANNA = Person("Anna", 1.0, 220)
+Clips = SimpleNamespace
+
+
+@pytest.fixture
+def clips(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Clips:
+    """A clip of each of them."""
+    library(monkeypatch)
+    return SimpleNamespace(anna=clip_of(tmp_path, ANNA), ben=clip_of(tmp_path, BEN))
+
+
+@pytest.fixture
+def grown(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
+    """From then on, Anna's clip shows her a little older."""
+    return lambda: library(monkeypatch, (OLDER_ANNA, BEN))
+
+
+def collection_of(obj: bpy.types.Object) -> bpy.types.Collection:
+    (home,) = obj.users_collection
+    return home
+
+
+def test_a_second_person_is_a_second_head(clips: Clips) -> None:
+    anna = run(clips.anna)
+    ben = run(clips.ben)
+    assert anna != ben, "objects of its own"
+    assert_is(anna, ANNA)
+    assert_is(ben, BEN)
+    assert len(bpy.data.images) == 4, "a picture of the skin and one of the eyes for each"
+    shared = {m for o in head_of(anna).objects for m in o.data.materials} & {
+        m for o in head_of(ben).objects for m in o.data.materials
+    }
+    assert not shared, "materials of its own"
+
+
+def test_each_head_has_a_collection_of_its_own_named_as_its_skin(clips: Clips) -> None:
+    anna, ben = run(clips.anna), run(clips.ben)
+    assert [c.name for c in bpy.context.scene.collection.children] == ["Face", "Face.001"]
+    for skin in (anna, ben):
+        home = collection_of(skin)
+        assert home.name == skin.name
+        assert set(home.objects) == set(head_of(skin).objects), f"{skin.name}: all of it"
+    assert head_of(ben).parts["tongue"].name == "Face.001 tongue", "its parts are named after it"
+
+
+def test_a_second_head_stands_beside_the_first(clips: Clips) -> None:
+    anna, ben = run(clips.anna), run(clips.ben)
+    bpy.context.view_layer.update()
+    assert anna.matrix_world.is_identity, "the first stands in the middle"
+    assert ben.location.x - anna.location.x >= 0.3, "the second does not stand in the first"
+
+
+def test_a_new_head_goes_into_the_active_collection_but_never_into_that_of_another(clips: Clips) -> None:
+    people = bpy.data.collections.new("People")
+    bpy.context.scene.collection.children.link(people)
+    layer = bpy.context.view_layer
+    layer.active_layer_collection = layer.layer_collection.children["People"]
+    anna = run(clips.anna)
+    assert collection_of(anna) in people.children.values()
+    layer.active_layer_collection = layer.layer_collection.children["People"].children["Face"]
+    ben = run(clips.ben)
+    assert collection_of(ben) in people.children.values()
+    assert not collection_of(anna).children, "appended whole, Anna's collection brings no Ben"
+
+
+def test_a_clip_updates_the_head_that_it_has_made(clips: Clips, grown: Callable[[], None]) -> None:
+    anna, ben = run(clips.anna), run(clips.ben)
+    grown()
+    before = snapshot()
+    assert run(clips.anna) == anna
+    assert_is(anna, OLDER_ANNA)
+    assert_is(ben, BEN)
+    assert snapshot() == before, "nothing is left over"
+
+
+def test_a_frame_of_a_clip_is_the_same_clip_as_its_folder(clips: Clips) -> None:
+    anna = run(clips.anna)
+    assert run(str(Path(clips.anna) / "frame_00.png")) == anna
+
+
+def test_the_panel_says_what_the_next_run_will_make_and_takes_another_choice(clips: Clips) -> None:
+    settings = bpy.context.scene.facewright_clip
+    settings.path = clips.anna
+    assert settings.head == "NEW", "in an empty scene"
+    anna = run(clips.anna)
+    assert settings.head == "Face", "the head that was made"
+    settings.path = clips.ben
+    assert settings.head == "NEW", "another clip may show another person"
+    settings.path = clips.anna
+    assert settings.head == "Face", "a clip knows its head"
+    twin = run(clips.anna, head="NEW")
+    assert twin != anna, "a second head of one clip, where that is wanted"
+    assert settings.head == twin.name, "which is updated from then on"
+    assert run(clips.anna) == twin
+    assert run(clips.anna, head="Face") == anna
+    assert_is(run(clips.ben, head="Face"), BEN)
+    assert_is(twin, ANNA)
+
+
+def test_the_choice_is_shown_as_soon_as_there_is_one(clips: Clips) -> None:
+    shown: list[str] = []
+    layout = SimpleNamespace(
+        prop=lambda _data, name, **_more: shown.append(name),
+        row=lambda **_more: SimpleNamespace(operator=lambda *_names, **_more: None),
+    )
+    panel = bpy.types.FACEWRIGHT_PT_clip
+    panel.draw(SimpleNamespace(layout=layout), bpy.context)
+    assert "head" not in shown, "without a head there is nothing to choose"
+    run(clips.anna)
+    panel.draw(SimpleNamespace(layout=layout), bpy.context)
+    assert "head" in shown
+    labels = [label for _, label, _ in module("reconstruct.actions").choices(bpy.context.scene)]
+    assert labels == ["New Head", "Update Face"]
+
+
+def test_a_run_makes_what_was_chosen_when_it_began(clips: Clips) -> None:
+    settings, actions = bpy.context.scene.facewright_clip, module("reconstruct.actions")
+    anna = run(clips.anna)
+    path, wanted = settings.path, settings.wanted
+    settings.path = clips.ben
+    assert actions.place(bpy.context.scene, result(OLDER_ANNA), path, wanted) == anna
+    assert_is(anna, OLDER_ANNA)
+
+
+def test_saved_opened_and_run_again_they_stay_two(clips: Clips, grown: Callable[[], None], tmp_path: Path) -> None:
+    anna, ben = (run(clip).name for clip in (clips.anna, clips.ben))
+    reopened(tmp_path / "two.blend")
+    objects = bpy.data.objects
+    assert_is(objects[anna], ANNA)
+    assert_is(objects[ben], BEN)
+    grown()
+    assert run(clips.anna) == objects[anna]
+    assert_is(objects[anna], OLDER_ANNA)
+    assert_is(objects[ben], BEN)
+    reopened(tmp_path / "again.blend")
+    assert_is(bpy.data.objects[anna], OLDER_ANNA)
+    assert_is(bpy.data.objects[ben], BEN)
+
+
+def test_a_second_run_keeps_what_the_artist_did_to_either(clips: Clips, grown: Callable[[], None]) -> None:
+    anna, ben = run(clips.anna), run(clips.ben)
+    for number, skin in enumerate((anna, ben)):
+        jaw = skin.data.shape_keys.key_blocks["jawOpen"]
+        jaw.value = 0.2 + number / 2
+        jaw.keyframe_insert("value", frame=5)
+        skin.location.z = 1.0 + number
+        shader = next(n for n in skin.data.materials[0].node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+        shader.inputs["Roughness"].default_value = 0.3 + number / 10
+    grown()
+    run(clips.anna)
+    for number, skin in enumerate((anna, ben)):
+        keys = skin.data.shape_keys
+        assert keys.key_blocks["jawOpen"].value == pytest.approx(0.2 + number / 2), f"{skin.name}: values"
+        assert keys.animation_data.action is not None, f"{skin.name}: animation"
+        assert skin.location.z == 1.0 + number, f"{skin.name}: place"
+        shader = next(n for n in skin.data.materials[0].node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+        assert shader.inputs["Roughness"].default_value == pytest.approx(0.3 + number / 10), f"{skin.name}: nodes"
+
+
+def test_everything_may_be_renamed_and_moved_between_collections(clips: Clips, grown: Callable[[], None]) -> None:
+    anna, ben = run(clips.anna), run(clips.ben)
+    place = bpy.data.collections.new("Props")
+    bpy.context.scene.collection.children.link(place)
+    tongue = head_of(anna).parts["tongue"]
+    collection_of(tongue).objects.unlink(tongue)
+    place.objects.link(tongue)
+    kinds = (bpy.data.objects, bpy.data.meshes, bpy.data.materials, bpy.data.images, bpy.data.collections)
+    for number, data in enumerate([data for kind in kinds for data in kind]):
+        data.name = f"Thing {number}"
+    # Names that Anna's had are Ben's now.
+    ben.name, reds_of_ben = "Face", reds(ben)
+    grown()
+    before = snapshot()
+    assert run(clips.anna) == anna
+    assert snapshot() == before, "nothing new was made for want of a name"
+    assert head_of(anna).parts["tongue"] == tongue, "it is hers wherever it is"
+    assert collection_of(tongue) == place, "and stays where it was put"
+    assert_is(anna, OLDER_ANNA)
+    assert reds(ben) == reds_of_ben
+    assert_is(ben, BEN)
+
+
+def test_a_part_below_a_rig_is_still_its_heads(clips: Clips, grown: Callable[[], None]) -> None:
+    anna = run(clips.anna)
+    eye = head_of(anna).parts["eye_left"]
+    rig = bpy.data.objects.new("Rig", None)
+    bpy.context.scene.collection.objects.link(rig)
+    eye.parent = anna.parent = rig
+    run(clips.ben)
+    grown()
+    assert run(clips.anna) == anna
+    assert head_of(anna).parts["eye_left"] == eye
+    assert eye.parent == rig, "the artist's parent stays"
+    assert_is(anna, OLDER_ANNA)
+
+
+def test_a_head_deleted_by_hand_comes_back_alone(clips: Clips) -> None:
+    anna, ben = run(clips.anna), run(clips.ben)
+    run(clips.anna)
+    home = collection_of(anna)
+    select(*head_of(anna).objects)
+    assert bpy.ops.object.delete() == {"FINISHED"}
+    assert "Face" not in bpy.data.objects, "nothing holds what was deleted"
+    anna = run(clips.anna)
+    assert collection_of(anna) == home, "it comes back to its collection"
+    assert [c.name for c in bpy.context.scene.collection.children] == ["Face", "Face.001"]
+    assert_is(anna, ANNA)
+    assert_is(ben, BEN)
+
+
+def test_deleted_with_its_collection_it_is_a_new_head(clips: Clips) -> None:
+    anna, ben = run(clips.anna), run(clips.ben)
+    home = collection_of(anna)
+    for obj in head_of(anna).objects:
+        bpy.data.objects.remove(obj)
+    bpy.data.collections.remove(home)
+    assert_is(run(clips.anna), ANNA)
+    assert_is(ben, BEN)
+    assert len(heads()) == 2
+
+
+def test_a_deleted_eye_comes_back_with_the_material_of_the_other(clips: Clips) -> None:
+    anna = run(clips.anna)
+    run(clips.ben)
+    material = head_of(anna).parts["eye_right"].data.materials[0]
+    bpy.data.objects.remove(head_of(anna).parts["eye_left"])
+    run(clips.anna)
+    eye = head_of(anna).parts["eye_left"]
+    assert list(eye.data.materials) == [material]
+    assert eye.parent == anna, "it hangs below its skin"
+    assert collection_of(eye) == collection_of(anna), "in the head's collection"
+    assert_is(anna, ANNA)
+
+
+def test_a_skin_of_another_mesh_is_left_to_the_artist(clips: Clips, grown: Callable[[], None]) -> None:
+    own, ben = run(clips.anna), run(clips.ben)
+    worn, shown = own.data.materials[0], reds(own)
+    own.shape_key_clear()
+    own.data.clear_geometry()
+    own.data.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
+    grown()
+    skin = run(clips.anna, head="Face")
+    assert skin != own, "its keys would not fit"
+    assert len(own.data.vertices) == 3, "the artist's mesh stays"
+    assert len(heads()) == 2, "but is no head any more"
+    assert skin.data.materials[0] == worn, "the new one has its material"
+    assert shown != reds(skin), "with the new picture"
+    assert_is(skin, OLDER_ANNA)
+    assert_is(ben, BEN)
+
+
+def test_a_head_is_appended_to_another_file_whole(clips: Clips, grown: Callable[[], None], tmp_path: Path) -> None:
+    run(clips.anna)
+    jaw = bpy.context.object.data.shape_keys.key_blocks["jawOpen"]
+    jaw.keyframe_insert("value", frame=5)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "anna.blend"))
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=False)
+    ben = run(clips.ben)
+    append(tmp_path / "anna.blend")
+    anna = bpy.data.objects["Face.001"]
+    assert_is(anna, ANNA)
+    assert_is(ben, BEN)
+    pictures = [m.node_tree.nodes["Image Texture"].image for m in anna.data.materials]
+    assert all(picture.packed_file is not None for picture in pictures), "pictures are packed"
+    assert anna.data.shape_keys.animation_data.action is not None, "animation comes along"
+    assert bpy.context.scene.facewright_clip.head == ben.name, "what the next run makes stays"
+    grown()
+    assert run(clips.anna) == anna, "and its clip knows it"
+    assert_is(anna, OLDER_ANNA)
+    assert_is(ben, BEN)
+
+
+def append(path: Path, **more: bool) -> None:
+    """Append the collection of a file's first head, as an artist does."""
+    folder = f"{path}/Collection/"
+    assert bpy.ops.wm.append(filepath=f"{folder}Face", directory=folder, filename="Face", **more) == {"FINISHED"}
+
+
+def test_a_head_appended_twice_is_two(clips: Clips, grown: Callable[[], None], tmp_path: Path) -> None:
+    run(clips.anna)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "anna.blend"))
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=False)
+    for _ in range(2):
+        append(tmp_path / "anna.blend", do_reuse_local_id=False)
+    first, second = bpy.data.objects["Face"], bpy.data.objects["Face.001"]
+    assert_is(first, ANNA)
+    assert_is(second, ANNA)
+    grown()
+    assert run(clips.anna, head="Face.001") == second
+    assert_is(first, ANNA)
+    assert_is(second, OLDER_ANNA)
+
+
+def link(path: Path) -> bpy.types.Collection:
+    """Save the file there and link its first head into a new one; gives the collection."""
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=False)
+    with bpy.data.libraries.load(str(path), link=True) as (_, wanted):
+        wanted.collections = ["Face"]
+    bpy.context.scene.collection.children.link(wanted.collections[0])
+    return wanted.collections[0]
+
+
+def test_an_override_of_a_linked_head_is_not_changed_either(clips: Clips, tmp_path: Path) -> None:
+    run(clips.anna)
+    linked = link(tmp_path / "anna.blend")
+    linked.override_hierarchy_create(bpy.context.scene, bpy.context.view_layer, do_fully_editable=True)
+    bpy.context.scene.collection.children.unlink(linked)
+    anna = next(o for o in bpy.context.scene.objects if o.get("facewright_part") == "skin")
+    assert anna.override_library is not None, "its objects are the artist's"
+    select(anna)
+    assert not bpy.ops.facewright.expression.poll(), "its keys are still of the other file"
+    bpy.context.scene.facewright_clip.path = clips.anna
+    assert bpy.context.scene.facewright_clip.head == "NEW"
+    assert run(clips.anna) != anna
+    assert_is(anna, ANNA)
+
+
+def test_a_linked_head_is_shown_but_not_changed(clips: Clips, tmp_path: Path) -> None:
+    run(clips.anna)
+    link(tmp_path / "anna.blend")
+    linked = bpy.context.scene.objects["Face"]
+    select(linked)
+    assert "This is Anna" in drawn("FACEWRIGHT_PT_report", object=linked), "its report is shown"
+    assert not bpy.ops.facewright.expression.poll(), "its keys belong to the other file"
+    with pytest.raises(RuntimeError, match="linked from another file: set them there, or append"):
+        bpy.ops.facewright.expression(name="happiness")
+    bpy.context.scene.facewright_clip.path = clips.anna
+    assert bpy.context.scene.facewright_clip.head == "NEW", "a run cannot change it"
+    own = run(clips.anna)
+    assert own.library is None
+    assert len(heads()) == 2
+    assert bpy.ops.facewright.expression(name="happiness") == {"FINISHED"}, "the new one is the artist's own"
+    assert linked.data.shape_keys.key_blocks["mouthSmileLeft"].value == 0.0
+
+
+def duplicated(*objects: bpy.types.Object, linked: bool = False) -> dict[str, bpy.types.Object]:
+    """Copies that Blender makes of objects, by the part that they are of."""
+    select(*objects)
+    before = set(bpy.data.objects)
+    assert bpy.ops.object.duplicate(linked=linked) == {"FINISHED"}
+    return {obj["facewright_part"]: obj for obj in set(bpy.data.objects) - before}
+
+
+@pytest.mark.parametrize("rigged", [False, True], ids=["below its skin", "without parents"])
+def test_a_duplicated_head_is_another_head(clips: Clips, grown: Callable[[], None], rigged: bool) -> None:
+    anna = run(clips.anna)
+    if rigged:
+        for part in head_of(anna).objects:
+            part.parent = None
+    copies = duplicated(*head_of(anna).objects)
+    copy = copies["skin"]
+    assert len(heads()) == 2
+    assert head_of(copy).parts == copies, "its parts are the copies"
+    assert not {*head_of(anna).objects} & {*copies.values()}, "and the original's are the originals"
+    grown()
+    assert run(clips.anna) == anna, "the head that was made is updated"
+    assert_is(anna, OLDER_ANNA)
+    assert_is(copy, ANNA)
+    assert bpy.context.scene.facewright_clip.head == anna.name
+
+
+def test_a_copy_may_be_updated_alone_and_gets_a_collection(clips: Clips, grown: Callable[[], None]) -> None:
+    anna = run(clips.anna)
+    copy = duplicated(*head_of(anna).objects)["skin"]
+    grown()
+    assert run(clips.anna, head=copy.name) == copy
+    assert_is(copy, OLDER_ANNA)
+    assert_is(anna, ANNA)
+    home = collection_of(copy)
+    assert home != collection_of(anna), "a head is a collection"
+    assert set(home.objects) == set(head_of(copy).objects)
+    assert run(clips.anna, head=anna.name) == anna
+    assert collection_of(anna).name == "Face", "the original stays in its own"
+
+
+def test_a_copy_put_before_its_original_is_not_taken_for_it(clips: Clips, grown: Callable[[], None]) -> None:
+    backup = bpy.data.collections.new("Backup")
+    bpy.context.scene.collection.children.link(backup)
+    anna = run(clips.anna)
+    copies = duplicated(*head_of(anna).objects)
+    for obj in copies.values():
+        collection_of(obj).objects.unlink(obj)
+        backup.objects.link(obj)
+    grown()
+    assert run(clips.anna) == anna
+    assert_is(copies["skin"], ANNA)
+    assert_is(anna, OLDER_ANNA)
+
+
+def test_a_copy_whose_original_is_gone_is_the_head(clips: Clips, grown: Callable[[], None]) -> None:
+    anna = run(clips.anna)
+    copy = duplicated(*head_of(anna).objects)["skin"]
+    for obj in head_of(anna).objects:
+        bpy.data.objects.remove(obj)
+    grown()
+    assert run(clips.anna) == copy
+    assert len(heads()) == 1
+    assert_is(copy, OLDER_ANNA)
+
+
+def test_a_copy_whose_originals_skin_is_gone_keeps_its_own_parts(clips: Clips, grown: Callable[[], None]) -> None:
+    anna = run(clips.anna)
+    left = [obj for obj in head_of(anna).objects if obj != anna]
+    copies = duplicated(*head_of(anna).objects)
+    bpy.data.objects.remove(anna)
+    assert head_of(copies["skin"]).parts == copies
+    before = [evaluated(obj) for obj in left]
+    grown()
+    assert run(clips.anna) == copies["skin"]
+    assert_is(copies["skin"], OLDER_ANNA)
+    assert all(np.array_equal(evaluated(obj), shape) for obj, shape in zip(left, before)), "the rest stays as it is"
+
+
+def test_a_duplicated_collection_is_another_head(clips: Clips, grown: Callable[[], None]) -> None:
+    anna = run(clips.anna)
+    home = collection_of(anna)
+    twin = home.copy()
+    bpy.context.scene.collection.children.link(twin)
+    copies = duplicated(*head_of(anna).objects)
+    for obj in copies.values():
+        home.objects.unlink(obj)
+    for obj in set(home.objects):
+        twin.objects.unlink(obj)
+    assert twin["facewright_head"] == home["facewright_head"], "Blender copies the mark"
+    grown()
+    assert run(clips.anna, head=copies["skin"].name) == copies["skin"]
+    assert collection_of(copies["skin"]) == twin, "it stays in the copied collection"
+    assert twin["facewright_head"] != home["facewright_head"], "which is its own from then on"
+    assert_is(anna, ANNA)
+    assert_is(copies["skin"], OLDER_ANNA)
+
+
+def test_a_linked_duplicate_goes_on_showing_the_same_head(clips: Clips, grown: Callable[[], None]) -> None:
+    anna = run(clips.anna)
+    copy = duplicated(*head_of(anna).objects, linked=True)["skin"]
+    grown()
+    assert run(clips.anna) == anna
+    assert copy.data == anna.data, "they share a mesh, as the artist wanted"
+    assert len(bpy.data.images) == 2
+    assert_is(anna, OLDER_ANNA)
+
+
+def test_a_copied_skin_alone_is_a_head_that_takes_no_parts(clips: Clips, grown: Callable[[], None]) -> None:
+    anna = run(clips.anna)
+    parts = head_of(anna).parts
+    copy = duplicated(anna)["skin"]
+    assert head_of(anna).parts == parts
+    assert set(head_of(copy).parts) == {"skin"}
+    grown()
+    run(clips.anna, head=copy.name)
+    assert_is(copy, OLDER_ANNA)
+    assert_is(anna, ANNA)
+
+
+def test_a_full_copy_of_a_scene_has_a_head_of_its_own(clips: Clips, grown: Callable[[], None]) -> None:
+    anna = run(clips.anna)
+    bpy.ops.scene.new(type="FULL_COPY")
+    (copy,) = (head.skin for head in heads())
+    assert copy != anna
+    grown()
+    assert run(clips.anna) == copy
+    assert_is(copy, OLDER_ANNA)
+    bpy.context.window.scene = bpy.data.scenes["Scene"]
+    assert_is(anna, ANNA)
+
+
+def test_expressions_and_report_are_those_of_the_active_objects_head(clips: Clips) -> None:
+    anna, ben = run(clips.anna), run(clips.ben)
+    for skin, other in ((anna, ben), (ben, anna)):
+        select(head_of(skin).parts["tongue"])
+        assert bpy.ops.facewright.expression(name="happiness") == {"FINISHED"}
+        smile, others = (s.data.shape_keys.key_blocks["mouthSmileLeft"] for s in (skin, other))
+        assert smile.value > 0.5, f"{skin.name} smiles"
+        assert others.value == 0.0, f"{other.name} does not"
+        smile.value = 0.0
+        assert skin.name in drawn("FACEWRIGHT_PT_report", object=skin).split(), "the panel says whose the report is"
+    assert "This is Anna" in drawn("FACEWRIGHT_PT_report", object=anna)
+    assert "This is Ben" in drawn("FACEWRIGHT_PT_report", object=ben)
+
+
+def test_without_an_active_object_they_are_the_last_heads_that_was_made(clips: Clips) -> None:
+    anna, ben = run(clips.anna), run(clips.ben)
+    run(clips.anna)
+    bpy.context.view_layer.objects.active = None
+    assert bpy.ops.facewright.expression(name="happiness") == {"FINISHED"}
+    assert anna.data.shape_keys.key_blocks["mouthSmileLeft"].value > 0.5
+    assert ben.data.shape_keys.key_blocks["mouthSmileLeft"].value == 0.0
+
+
+def test_a_head_in_a_collection_that_the_view_layer_leaves_out_is_updated_all_the_same(
+    clips: Clips, grown: Callable[[], None]
+) -> None:
+    anna = run(clips.anna)
+    bpy.context.view_layer.layer_collection.children["Face"].exclude = True
+    grown()
+    bpy.context.scene.facewright_clip.path = clips.anna
+    assert bpy.ops.facewright.reconstruct() == {"FINISHED"}
+    assert size(anna) == pytest.approx(OLDER_ANNA.size, abs=1e-3)
+
+
+def test_one_undo_step_takes_a_second_head_and_its_collection(clips: Clips) -> None:
+    run(clips.anna)
+    bpy.context.scene.facewright_clip.path = clips.ben
+    bpy.ops.ed.undo_push(message="Before")
+    before = snapshot()
+    bpy.ops.facewright.reconstruct("EXEC_DEFAULT", True)
+    assert snapshot() != before
+    bpy.ops.ed.undo()
+    assert snapshot() == before
+    assert bpy.context.scene.facewright_clip.head == "NEW"
+    assert_is(bpy.data.objects["Face"], ANNA)
+
+
+def test_a_failed_run_makes_no_collection_and_no_mark(clips: Clips, tmp_path: Path) -> None:
+    anna = run(clips.anna)
+    copy = duplicated(*head_of(anna).objects)["skin"]
+    (tmp_path / "empty").mkdir()
+    bpy.context.scene.facewright_clip.path = str(tmp_path / "empty")
+    before, key = snapshot(), copy["facewright_head"]
+    with pytest.raises(RuntimeError, match="holds no frames"):
+        bpy.ops.facewright.reconstruct()
+    assert snapshot() == before
+    assert copy["facewright_head"] == key
+
+
+def made_by_an_older_version(clip: str, skin: bpy.types.Object) -> None:
+    """Turn a head into what the versions without keys have saved."""
+    home = collection_of(skin)
+    for obj in head_of(skin).objects:
+        bpy.context.scene.collection.objects.link(obj)
+        home.objects.unlink(obj)
+        for name in ("facewright_head", "facewright_picture", "facewright_name", "facewright_made_of"):
+            if name in obj:
+                del obj[name]
+    bpy.data.collections.remove(home)
+    bpy.context.scene.facewright_clip.path = clip
+
+
+def test_a_head_of_an_older_version_is_adopted_by_the_next_run(
+    clips: Clips, grown: Callable[[], None], tmp_path: Path
+) -> None:
+    made_by_an_older_version(clips.anna, run(clips.anna))
+    reopened(tmp_path / "old.blend")
+    anna, settings = bpy.data.objects["Face"], bpy.context.scene.facewright_clip
+    assert bpy.ops.facewright.expression(name="happiness") == {"FINISHED"}, "it works as it is"
+    assert bpy.ops.facewright.expression(name="neutral") == {"FINISHED"}
+    assert settings.head == "Face", "the clip of the file has made it"
+    grown()
+    bpy.ops.facewright.reconstruct()
+    assert bpy.context.object == anna
+    assert_is(anna, OLDER_ANNA)
+    assert len(bpy.data.images) == 2, "its pictures are painted over"
+    assert set(collection_of(anna).objects) == set(head_of(anna).objects), "it has a collection now"
+    ben = run(clips.ben)
+    assert_is(ben, BEN)
+    assert_is(anna, OLDER_ANNA)
+
+
+def test_another_person_does_not_repaint_a_head_of_an_older_version(clips: Clips, tmp_path: Path) -> None:
+    made_by_an_older_version(clips.anna, run(clips.anna))
+    reopened(tmp_path / "old.blend")
+    anna = bpy.data.objects["Face"]
+    ben = run(clips.ben)
+    assert ben != anna
+    assert_is(anna, ANNA)
+    assert_is(ben, BEN)
+
+
+def test_heads_of_older_versions_in_two_scenes_come_apart(clips: Clips, grown: Callable[[], None]) -> None:
+    anna = run(clips.anna)
+    made_by_an_older_version(clips.anna, anna)
+    bpy.ops.scene.new(type="FULL_COPY")
+    (copy,) = (head.skin for head in heads())
+    grown()
+    assert run(clips.anna) == copy
+    assert_is(copy, OLDER_ANNA)
+    bpy.context.window.scene = bpy.data.scenes["Scene"]
+    assert reds(anna) == {ANNA.red}, "they had shared their pictures"
+
+
+def test_a_picture_within_a_node_group_comes_apart_too(clips: Clips, grown: Callable[[], None]) -> None:
+    anna = run(clips.anna)
+    tree = anna.data.materials[0].node_tree
+    group = bpy.data.node_groups.new("Paint", "ShaderNodeTree")
+    group.nodes.new("ShaderNodeTexImage").image = tree.nodes["Image Texture"].image
+    tree.nodes.remove(tree.nodes["Image Texture"])
+    tree.nodes.new("ShaderNodeGroup").node_tree = group
+    copy = duplicated(*head_of(anna).objects)["skin"]
+    grown()
+    run(clips.anna, head=copy.name)
+    shown = [next(n for n in s.data.materials[0].node_tree.nodes if n.type == "GROUP") for s in (anna, copy)]
+    assert [red(node.node_tree.nodes[0].image) for node in shown] == [ANNA.red, OLDER_ANNA.red]
