@@ -1,12 +1,19 @@
 //! `cargo x check`: formatting, lints, documentation, types, layers.
 
-use crate::environment::BLENDER_5_0;
+use crate::environment::{BLENDER_5_0, LINTERS};
 use crate::run::{cargo, run, say};
 use std::process::Command;
 
 /// Folders with Python.
-const PYTHON: [&str; 6] =
-    ["addon", "tests", "blend_fixtures", "rust/assets/tests", "rust/bench/peers", "rust/xtask/python"];
+const PYTHON: [&str; 7] = [
+    "addon",
+    "tests",
+    "blend_fixtures",
+    "rust/assets/tests",
+    "rust/bench/peers",
+    "rust/python/python",
+    "rust/xtask/python",
+];
 
 /// Runs every check.
 pub fn check() -> anyhow::Result<()> {
@@ -17,11 +24,11 @@ pub fn check() -> anyhow::Result<()> {
     say("documentation");
     run(cargo(&["doc", "--release", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "--deny warnings"))?;
     say("Python");
-    let ruff = BLENDER_5_0.program("ruff")?;
+    let ruff = LINTERS.program("ruff")?;
     run(Command::new(&ruff).arg("check").args(PYTHON))?;
     run(Command::new(&ruff).args(["format", "--check"]).args(PYTHON))?;
     say("types");
-    let mut pyright = Command::new(BLENDER_5_0.program("pyright")?);
+    let mut pyright = Command::new(LINTERS.program("pyright")?);
     pyright.args(["--warnings", "--project", ".pyright.json", "--pythonpath"]);
     run(pyright.arg(BLENDER_5_0.program("python")?))?;
     layers()
