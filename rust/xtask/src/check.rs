@@ -1,4 +1,4 @@
-//! `cargo x check`: formatting, lints, documentation, types, layers.
+//! `cargo x check`: formatting, lints, documentation, types, layers, licences. `cargo x deny`: licences and more.
 
 use crate::environment::{BLENDER_5_0, LINTERS};
 use crate::run::{cargo, run, say};
@@ -31,7 +31,22 @@ pub fn check() -> anyhow::Result<()> {
     let mut pyright = Command::new(LINTERS.program("pyright")?);
     pyright.args(["--warnings", "--project", ".pyright.json", "--pythonpath"]);
     run(pyright.arg(BLENDER_5_0.program("python")?))?;
-    layers()
+    layers()?;
+    say("licences and sources");
+    // The advisories are fetched from their repository, and change from day to day: a check of this code is neither.
+    run(&mut deny(&["check", "bans", "licenses", "sources"])?)
+}
+
+/// Licences, sources and doubles of the crates that are compiled, and what is known against them.
+pub fn advisories() -> anyhow::Result<()> {
+    run(&mut deny(&["check"])?)
+}
+
+/// `cargo deny`, by the rules of `.deny.toml`.
+fn deny(arguments: &[&str]) -> anyhow::Result<Command> {
+    let mut deny = Command::new(LINTERS.program("cargo-deny")?);
+    deny.arg("--locked").args(arguments);
+    Ok(deny)
 }
 
 /// The Python import arrows of DESIGN: panel → operators → actions → {scene, engine}.

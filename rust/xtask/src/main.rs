@@ -50,8 +50,10 @@ enum Task {
         #[arg(long)]
         gui: bool,
     },
-    /// Formatting, lints, documentation, types, layers
+    /// Formatting, lints, documentation, types, layers, licences
     Check,
+    /// Licences and sources of all crates, and what is known against them (fetches the advisories)
+    Deny,
     /// Time and error of our features beside their peers'
     Bench {
         /// One feature; all without it
@@ -87,6 +89,7 @@ fn main() -> anyhow::Result<()> {
         Task::Demo { clip, frames, out } => demo::demo(clip.as_deref(), frames.as_deref(), &out),
         Task::Test { gui } => test::test(gui),
         Task::Check => check::check(),
+        Task::Deny => check::advisories(),
         Task::Bench { word } => bench::bench(word.as_deref()),
         Task::Degraded { method } => degraded::degraded(&method),
         Task::Tables { json } => tables::tables(json.as_deref()),
