@@ -30,3 +30,26 @@ pub fn native_module() -> PathBuf {
 fn release(file: &str) -> PathBuf {
     target("release").join(file)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    /// Crates with their features, when these packages are compiled.
+    fn features(packages: &[&str]) -> BTreeSet<String> {
+        let mut tree =
+            cargo(&["tree", "--locked", "--edges", "normal,build", "--prefix", "none", "--format", "{p}|{f}"]);
+        tree.args(packages.iter().flat_map(|package| ["--package", package]));
+        let lines = String::from_utf8(tree.output().unwrap().stdout).unwrap();
+        lines.lines().map(|line| line.trim_end_matches(" (*)").to_owned()).collect()
+    }
+
+    #[test]
+    fn no_program_asks_for_a_feature_that_the_native_module_has_not() {
+        let module = features(&[ALL_FEATURES]);
+        assert!(module.len() > 100, "{module:?}");
+        let all = features(&[ALL_FEATURES, "assets", "bench", "facewright"]);
+        assert_eq!(module.difference(&all).collect::<Vec<_>>(), Vec::<&String>::new());
+    }
+}
