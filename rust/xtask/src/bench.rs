@@ -1,7 +1,8 @@
 //! `cargo x bench [WORD]`: time and error of a feature, ours and the peer's, on the same inputs in the same run.
 
+use crate::compile;
 use crate::environment::{BLENDER_4_5, Environment, OPENCV_4, OPENCV_5, POSELIB, PYCOLMAP};
-use crate::run::{cargo, root, run, say, target};
+use crate::run::{root, run, say, target};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -36,6 +37,7 @@ struct Peer {
 
 /// Measures one feature with its parts, or all.
 pub fn bench(word: Option<&str>) -> anyhow::Result<()> {
+    compile::programs(&["bench"])?;
     let is_asked = |part: &str| word.is_none_or(|word| part == word || PARTS.contains(&(word, part)));
     WORDS.iter().filter(|part| is_asked(part)).try_for_each(|part| measure(part))
 }
@@ -63,8 +65,8 @@ fn result(folder: &Path, side: &str, turn: usize) -> PathBuf {
 }
 
 fn ours(step: &str, word: &str, folder: &Path) -> Command {
-    let mut command = cargo(&["run", "--quiet", "--release", "--package", "bench", "--", step, word]);
-    command.arg(folder);
+    let mut command = compile::program("bench");
+    command.args([step, word]).arg(folder);
     command
 }
 

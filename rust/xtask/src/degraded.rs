@@ -1,16 +1,16 @@
 //! `cargo x degraded`: what a worse film does to its tracks, judged by the true surface.
 
-use crate::generic_head;
-use crate::run::{cargo, run, say, target};
+use crate::run::{run, say, target};
+use crate::{compile, generic_head};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Writes the films, tracks each with the program as users call it, and prints the table.
 pub fn degraded(method: &str) -> anyhow::Result<()> {
     let (assets, folder) = (generic_head::build()?, target("bench/degraded"));
+    compile::programs(&["bench", "facewright"])?;
     say("degraded films");
     run(bench("inputs").arg(&folder))?;
-    run(&mut cargo(&["build", "--quiet", "--release", "--package", "facewright"]))?;
     let mut films: Vec<PathBuf> = std::fs::read_dir(&folder)?.filter_map(|e| Some(e.ok()?.path())).collect();
     films.retain(|film| film.join("frames").is_dir());
     films.sort();
@@ -26,7 +26,7 @@ fn track(film: &Path, assets: &Path, method: &str) -> anyhow::Result<()> {
     if tracks.is_file() {
         std::fs::remove_file(&tracks)?;
     }
-    let mut program = Command::new(target("release/facewright"));
+    let mut program = compile::program("facewright");
     program.args(["--quiet", "track"]).arg(film.join("frames")).arg("--assets").arg(assets);
     program.arg("--camera").arg(film.join("camera.json")).args(["--method", method]).arg("-o").arg(&tracks);
     if let Err(error) = run(&mut program) {
@@ -36,5 +36,7 @@ fn track(film: &Path, assets: &Path, method: &str) -> anyhow::Result<()> {
 }
 
 fn bench(step: &str) -> Command {
-    cargo(&["run", "--quiet", "--release", "--package", "bench", "--", step, "degraded"])
+    let mut command = compile::program("bench");
+    command.args([step, "degraded"]);
+    command
 }

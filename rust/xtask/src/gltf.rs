@@ -1,7 +1,8 @@
 //! The Khronos validator's opinion on the `head.glb` of a result.
 
+use crate::compile;
 use crate::fetch::{VALIDATOR, npm_package};
-use crate::run::{cargo, run, say, target};
+use crate::run::{run, say, target};
 use std::path::Path;
 use std::process::Command;
 
@@ -13,8 +14,8 @@ pub fn gltf(assets: &Path) -> anyhow::Result<()> {
         return Ok(());
     }
     let out = target("gltf");
-    let mut facewright = cargo(&["run", "--quiet", "--release", "--package", "facewright", "--", "reconstruct"]);
-    facewright.args(["tests/data/clip/frames", "--texture-size", "512", "-o"]).arg(&out);
+    let mut facewright = compile::program("facewright");
+    facewright.args(["reconstruct", "tests/data/clip/frames", "--texture-size", "512", "-o"]).arg(&out);
     run(facewright.env("FACEWRIGHT_ASSETS", assets))?;
     let mut node = Command::new("node");
     node.arg("rust/xtask/node/validate.mjs").arg(npm_package(&VALIDATOR)?).arg(out.join("head.glb"));

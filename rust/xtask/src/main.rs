@@ -6,6 +6,7 @@
 mod addon;
 mod bench;
 mod check;
+mod compile;
 mod degraded;
 mod demo;
 mod environment;
@@ -16,7 +17,9 @@ mod gui;
 mod run;
 mod tables;
 mod test;
+mod wheel;
 
+use addon::Library;
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;
 
@@ -47,8 +50,10 @@ enum Task {
         #[arg(long)]
         gui: bool,
     },
-    /// Formatting, lints, documentation, types, layers
+    /// Formatting, lints, documentation, types, layers, licences
     Check,
+    /// Licences and sources of all crates, and what is known against them (fetches the advisories)
+    Deny,
     /// Time and error of our features beside their peers'
     Bench {
         /// One feature; all without it
@@ -69,8 +74,12 @@ enum Task {
     },
     /// Builds the generic head and the landmark nets into target/assets
     Head,
-    /// Builds the wheel and the validated extension zip into target/addon
-    Addon,
+    /// Builds the validated extension zip into target/addon, to be handed to others
+    Addon {
+        /// Instead of compiling the library, take all wheels of this folder: a zip for each of their platforms
+        #[arg(long)]
+        wheels: Option<PathBuf>,
+    },
     /// Rebuilds blend_fixtures/*.blend from their scripts
     Fixtures,
 }
@@ -80,11 +89,14 @@ fn main() -> anyhow::Result<()> {
         Task::Demo { clip, frames, out } => demo::demo(clip.as_deref(), frames.as_deref(), &out),
         Task::Test { gui } => test::test(gui),
         Task::Check => check::check(),
+        Task::Deny => check::advisories(),
         Task::Bench { word } => bench::bench(word.as_deref()),
         Task::Degraded { method } => degraded::degraded(&method),
         Task::Tables { json } => tables::tables(json.as_deref()),
         Task::Head => generic_head::build().map(drop),
-        Task::Addon => addon::build().map(drop),
+        Task::Addon { wheels } => {
+            addon::bundle(&wheels.as_deref().map_or(Library::Portable, Library::Wheels)).map(drop)
+        }
         Task::Fixtures => test::fixtures(),
     }
 }

@@ -1,16 +1,18 @@
 //! `cargo x tables`: the paper's Tables 1 and 2, ours and OpenCV's on the same corners of the same pairs of frames.
 
+use crate::compile;
 use crate::environment::{OPENCV_4, OPENCV_5};
-use crate::run::{cargo, root, run, say, target};
+use crate::run::{root, run, say, target};
 use std::path::Path;
 use std::process::Command;
 
 /// Prints the tables, and writes them as JSON if asked for.
 pub fn tables(json: Option<&Path>) -> anyhow::Result<()> {
     let folder = target("bench/tables");
+    compile::programs(&["bench"])?;
     let bench = |step: &str| -> Command {
-        let mut command = cargo(&["run", "--quiet", "--release", "--package", "bench", "--", step, "tables"]);
-        command.arg(&folder);
+        let mut command = compile::program("bench");
+        command.args([step, "tables"]).arg(&folder);
         command
     };
     say("tables: pairs and corners");

@@ -3,14 +3,14 @@
 use crate::environment::{BLENDER_4_5, BLENDER_5_0, Environment};
 use crate::gltf::gltf;
 use crate::run::{cargo, root, run, say};
-use crate::{addon, generic_head, gui};
+use crate::{addon, compile, generic_head, gui};
 
 /// Every test: Rust, glTF, Python, Blender 4.5 and 5.0; Blender 4.3 in a real window if wanted.
 pub fn test(window: bool) -> anyhow::Result<()> {
+    compile::programs(&["assets", "facewright"])?;
     let assets = generic_head::build()?;
     say("Rust");
-    run(&mut cargo(&["build", "--release", "--package", "facewright"]))?;
-    run(&mut cargo(&["test", "--release", "--workspace", "--exclude", "xtask", "--exclude", "facewright-python"]))?;
+    run(&mut cargo(&["test", "--release", "--workspace"]))?;
     gltf(&assets)?;
     let zip = addon::build()?;
     say("Python");
