@@ -80,7 +80,8 @@ pub fn reconstruct(
         Method::Default => {
             let motion = motion(&clip, given, &sourced, &options.size, [&tracking, &moving], &mut clock)?;
             let [first, second] = shaping.split(&[1.0, 3.0]);
-            let measured = shape::measure(&clip, &clip.known, &motion, &options.size, &first)?;
+            let chosen = shape::choose(&clip, &motion)?;
+            let measured = shape::measure(&clip, &clip.known, &motion, chosen, &options.size, &first)?;
             clock.lap("shape");
             let is_own = given.tracks.is_none() && given.motion.is_none();
             let measured = if is_own && !measured.points.is_empty() {
@@ -177,7 +178,7 @@ fn sharpen(
     let tracks = track_head(clip, &chosen, CameraSource::Board, &options, Corners::All, &tracking)?;
     let mut again = solve_motion(&tracks, None, &MotionOptions::default(), &moving)?;
     again.scale = motion.scale.clone();
-    let mut sharp = shape::measure(clip, &better, &again, size, &shaping)?;
+    let mut sharp = shape::measure(clip, &better, &again, rough.chosen.clone(), size, &shaping)?;
     for (frame, before) in sharp.frames.iter_mut().zip(&rough.frames).filter(|(frame, _)| frame.by_landmarks) {
         (frame.rms_px, frame.by_landmarks) = (before.rms_px, before.by_landmarks);
     }

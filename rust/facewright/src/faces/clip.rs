@@ -1,6 +1,6 @@
 //! A clip that was looked at: the faces, the head that their landmarks give, and where it is in every frame.
 
-use super::{Faces, KnownFrame, KnownHead, Placing, landmarks_of, look_at};
+use super::{Faces, KnownHead, Placing, landmarks_of, look_at};
 use crate::{Assets, FacewrightError, FrameSet, Given, SizeOptions, SourcedCamera};
 use geometry::{Progress, Transform};
 use head::GenericHead;
@@ -18,7 +18,7 @@ const FAR_RAD: f64 = 0.2;
 const FAR_SHIFT: f64 = 0.6;
 /// Usual distance between the eyes, metres.
 const EYES: f64 = 0.063;
-/// Times that frames are placed by points, and looked at where the head is too fast or points lose it.
+/// Times that the nets look again where the head is too fast, and where points lose it.
 const ROUNDS: usize = 5;
 
 /// What is known of a clip before anything is tracked.
@@ -98,24 +98,38 @@ impl<'a> Looking<'a, '_> {
         Ok(faces)
     }
 
-    /// Fits the head, places it in all frames, and looks again where it moves too fast or points lose it.
+    /// Fits the head, looks again where it moves too fast, places it in all frames, and looks again where points lose it.
     fn finish(&self, mut faces: Faces) -> Result<Clip<'a>, FacewrightError> {
+        let mut clip = self.fit(faces)?;
         for _ in 0..ROUNDS {
-            let clip = self.fit(faces)?;
-            let fast = self.fast(&clip);
-            let wanted = if fast.is_empty() { lost(&clip) } else { fast };
-            if wanted.is_empty() {
-                return Ok(clip);
+            let fast = fast(&clip);
+            if fast.is_empty() {
+                break;
             }
             faces = clip.faces;
-            look_at(&mut faces, &wanted, self.frames, &self.assets.landmarker, self.progress)?;
+            look_at(&mut faces, &fast, self.frames, &self.assets.landmarker, self.progress)?;
+            clip = self.fit(faces)?;
         }
-        self.fit(faces)
+        self.place(&mut clip, |_| true)?;
+        for _ in 0..ROUNDS {
+            let lost = lost(&clip);
+            if lost.is_empty() {
+                break;
+            }
+            let before = clip.known.frames;
+            faces = clip.faces;
+            look_at(&mut faces, &lost, self.frames, &self.assets.landmarker, self.progress)?;
+            clip = self.fit(faces)?;
+            // Elsewhere the head is where it was.
+            clip.known.frames.iter_mut().zip(before).for_each(|(known, before)| *known = known.take().or(before));
+            self.place(&mut clip, |[a, b]| lost.contains(&a) || lost.contains(&b))?;
+        }
+        Ok(clip)
     }
 
-    /// The head by landmarks, and by points between them.
+    /// The head by the landmarks of the frames that were looked at.
     fn fit(&self, faces: Faces) -> Result<Clip<'a>, FacewrightError> {
-        if !(0..faces.frames.len()).any(|frame| faces.face(frame).is_some()) {
+        if faces.counts().1 == 0 {
             return Err(FacewrightError::NoFace { frames: faces.frames.len() });
         }
         let seen = landmarks_of(&faces);
@@ -126,19 +140,16 @@ impl<'a> Looking<'a, '_> {
         };
         let head = &self.assets.head;
         let landmark_fit = fit_landmarks(head, &self.camera.camera, &seen, &options, self.progress)?;
-        let mut known = KnownHead::by_landmarks(&landmark_fit);
-        let placed = self.place(&faces, &known)?;
-        placed.into_iter().for_each(|(frame, found)| known.frames[frame] = found);
+        let known = KnownHead::by_landmarks(&landmark_fit);
         Ok(Clip { frames: self.frames, head, faces, seen, landmark_fit, known })
     }
 
-    /// The head in the frames between looks that saw it.
-    fn place(&self, faces: &Faces, known: &KnownHead) -> Result<Vec<(usize, Option<KnownFrame>)>, FacewrightError> {
-        let looked = faces.looked();
-        let gaps: Vec<[usize; 2]> =
-            looked.windows(2).map(|ends| [ends[0], ends[1]]).filter(|[a, b]| a + 1 < *b).collect();
-        let placing = Placing { frames: self.frames, head: &self.assets.head, known, triangles: &self.triangles };
-        let total = gaps.len();
+    /// Places the head in the frames of those gaps between looks that are wanted.
+    fn place(&self, clip: &mut Clip, is_wanted: impl Fn([usize; 2]) -> bool) -> Result<(), FacewrightError> {
+        let gaps: Vec<[usize; 2]> = gaps(&clip.faces).filter(|gap| is_wanted(*gap)).collect();
+        let placing =
+            Placing { frames: self.frames, head: &self.assets.head, known: &clip.known, triangles: &self.triangles };
+        let (faces, total) = (&clip.faces, gaps.len());
         let place = |(done, &[a, b]): (usize, &[usize; 2])| {
             self.progress.step(done, total)?;
             let placed = match (faces.face(a), faces.face(b)) {
@@ -148,19 +159,24 @@ impl<'a> Looking<'a, '_> {
             Ok((a + 1..b).zip(placed).collect::<Vec<_>>())
         };
         let placed: Result<Vec<_>, FacewrightError> = gaps.par_iter().enumerate().map(place).collect();
-        Ok(placed?.into_iter().flatten().collect())
+        placed?.into_iter().flatten().for_each(|(frame, found)| clip.known.frames[frame] = found);
+        Ok(())
     }
+}
 
-    /// The middles of gaps over which the head moves too far to be foretold in between.
-    fn fast(&self, clip: &Clip) -> Vec<usize> {
-        let looked = clip.faces.looked();
-        let gaps = looked.windows(2).filter(|ends| ends[0] + 1 < ends[1]);
-        let is_far = |ends: &&[usize]| match (clip.known.pose(ends[0]), clip.known.pose(ends[1])) {
-            (Some(a), Some(b)) => is_far(&a, &b),
-            _ => false,
-        };
-        gaps.filter(is_far).map(|ends| usize::midpoint(ends[0], ends[1])).collect()
-    }
+/// Neighbouring looks with frames between them.
+fn gaps(faces: &Faces) -> impl Iterator<Item = [usize; 2]> {
+    let looked = faces.looked();
+    (1..looked.len()).map(move |k| [looked[k - 1], looked[k]]).filter(|[a, b]| a + 1 < *b)
+}
+
+/// The middles of gaps over which the head moves too far to be foretold in between.
+fn fast(clip: &Clip) -> Vec<usize> {
+    let is_far = |[a, b]: &[usize; 2]| match (clip.known.pose(*a), clip.known.pose(*b)) {
+        (Some(a), Some(b)) => is_far(&a, &b),
+        _ => false,
+    };
+    gaps(&clip.faces).filter(is_far).map(|[a, b]| usize::midpoint(a, b)).collect()
 }
 
 fn is_far(a: &Transform, b: &Transform) -> bool {
@@ -177,16 +193,12 @@ fn spread(count: usize, step: usize) -> Vec<usize> {
 
 /// The middles between looks of which only one saw the face.
 fn comings_and_goings(faces: &Faces) -> Vec<usize> {
-    let looked = faces.looked();
-    let gaps = looked.windows(2).filter(|ends| ends[0] + 1 < ends[1]);
-    let changes = gaps.filter(|ends| faces.face(ends[0]).is_some() != faces.face(ends[1]).is_some());
-    changes.map(|ends| usize::midpoint(ends[0], ends[1])).collect()
+    let changes = gaps(faces).filter(|[a, b]| faces.face(*a).is_some() != faces.face(*b).is_some());
+    changes.map(|[a, b]| usize::midpoint(a, b)).collect()
 }
 
 /// Frames between two looks that saw the face, in which points do not find it.
 fn lost(clip: &Clip) -> Vec<usize> {
-    let looked = clip.faces.looked();
-    let gaps = looked.windows(2).filter(|ends| ends[0] + 1 < ends[1]);
-    let between = gaps.filter(|ends| clip.faces.face(ends[0]).is_some() && clip.faces.face(ends[1]).is_some());
-    between.flat_map(|ends| ends[0] + 1..ends[1]).filter(|&frame| clip.known.frames[frame].is_none()).collect()
+    let between = gaps(&clip.faces).filter(|[a, b]| clip.faces.face(*a).is_some() && clip.faces.face(*b).is_some());
+    between.flat_map(|[a, b]| a + 1..b).filter(|&frame| clip.known.frames[frame].is_none()).collect()
 }

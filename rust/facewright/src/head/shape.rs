@@ -12,14 +12,26 @@ const LEAST_POINTS: usize = 40;
 /// A point in fewer frames tells no shape.
 const LEAST_SEEN: usize = 3;
 
+/// The frames that shape and texture are taken from: of those that the points of a motion pose, if they are enough to tell shape.
+///
+/// # Errors
+/// Those of [`Chosen::of`].
+pub fn choose(clip: &Clip, motion: &HeadMotion) -> Result<Chosen, FacewrightError> {
+    let by_points: Vec<Option<Transform>> = motion.frames.iter().map(|frame| frame.cam_from_head).collect();
+    let by_landmarks: Vec<Option<Transform>> = (0..clip.frames.len()).map(|frame| clip.known.pose(frame)).collect();
+    let is_enough = cloud(motion).len() >= LEAST_POINTS;
+    Chosen::of(clip, if is_enough { &by_points } else { &by_landmarks })
+}
+
 /// Measures the shape of the head in a clip whose motion is known; `known` is the head that the motion's tracks were predicted by.
 ///
 /// # Errors
-/// Those of [`Chosen::of`], [`head::HeadError`], [`FacewrightError::Cancelled`].
+/// [`head::HeadError`], [`FacewrightError::Cancelled`].
 pub fn measure(
     clip: &Clip,
     known: &KnownHead,
     motion: &HeadMotion,
+    chosen: Chosen,
     size: &SizeOptions,
     progress: &Progress,
 ) -> Result<Measured, FacewrightError> {
@@ -27,9 +39,8 @@ pub fn measure(
     let poses: Vec<Option<Transform>> = motion.frames.iter().map(|frame| frame.cam_from_head).collect();
     let cloud = cloud(motion);
     if cloud.len() < LEAST_POINTS {
-        return by_landmarks(clip);
+        return Ok(by_landmarks(clip, chosen));
     }
-    let chosen = Chosen::of(clip, &poses)?;
     let size = if motion.scale.measured { HeadSize::Cloud } else { size.head_size() };
     let options = FitOptions { size, ..FitOptions::default() };
     let frame = |&index: &usize| Some(CloudFrame { seen: &clip.seen[index], pose: poses[index]?, index });
@@ -76,18 +87,16 @@ fn placed(clip: &Clip, known: &KnownHead, motion: &HeadMotion, fit: &HeadFit) ->
 }
 
 /// The head that landmarks alone give.
-fn by_landmarks(clip: &Clip) -> Result<Measured, FacewrightError> {
-    let poses: Vec<Option<Transform>> = (0..clip.frames.len()).map(|frame| clip.known.pose(frame)).collect();
-    let chosen = Chosen::of(clip, &poses)?;
-    let frame = |(index, pose): (usize, &Option<Transform>)| MeasuredFrame {
-        pose: *pose,
+fn by_landmarks(clip: &Clip, chosen: Chosen) -> Measured {
+    let frame = |index: usize| MeasuredFrame {
+        pose: clip.known.pose(index),
         rms_px: clip.landmark_fit.frames[index].as_ref().map(|fitted| fitted.rms_px),
-        by_landmarks: pose.is_some(),
+        by_landmarks: clip.known.pose(index).is_some(),
     };
-    Ok(Measured {
+    Measured {
         camera: clip.landmark_fit.camera,
         positions: clip.landmark_fit.positions.clone(),
-        frames: poses.iter().enumerate().map(frame).collect(),
+        frames: (0..clip.frames.len()).map(frame).collect(),
         chosen,
         points: Vec::new(),
         coefficients: clip.landmark_fit.coefficients.clone(),
@@ -96,5 +105,5 @@ fn by_landmarks(clip: &Clip) -> Result<Measured, FacewrightError> {
         warnings: vec![
             "too few points of the skin could be tracked: the shape rests on the landmarks alone".to_owned(),
         ],
-    })
+    }
 }
