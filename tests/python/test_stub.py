@@ -1,9 +1,10 @@
 """The stub of the native module, which is what editors and type checkers read, says what the module has."""
 
 import ast
-import importlib.util
+import importlib
 import inspect
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -21,14 +22,12 @@ Parameter = tuple[str, Any, Any]
 
 
 @pytest.fixture(scope="module")
-def native() -> ModuleType:
-    path = next((path for path in PACKAGE.glob("_native.*") if path.suffix in (".so", ".pyd")), None)
-    assert path, f"{PACKAGE} holds no native module: run `cargo x test`"
-    spec = importlib.util.spec_from_file_location("facewright._native", path)
-    assert spec and spec.loader
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+def native() -> Iterator[ModuleType]:
+    built = [path for path in PACKAGE.glob("_native.*") if path.suffix in (".so", ".pyd")]
+    assert built, f"{PACKAGE} holds no native module: run `cargo x test`"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(PACKAGE.parent)
+        yield importlib.import_module("facewright._native")
 
 
 def test_the_stub_names_what_the_module_has(native: ModuleType) -> None:
