@@ -14,7 +14,7 @@ use motion::resect::{ResectOptions, resect};
 use vision::landmarks::Face;
 
 /// Corners taken of a frame that was looked at: a pose has six numbers.
-const CORNERS: usize = 100;
+const CORNERS: usize = 60;
 /// Fewest points that make a pose.
 const FEWEST_POINTS: usize = 12;
 /// A point that the expression takes further from its place than this tells nothing of the pose, metres.

@@ -33,6 +33,8 @@ pub struct View<'a> {
     pub surface: &'a Surface<'a>,
     pub camera: &'a Camera,
     pub cam_from_head: Transform,
+    /// The triangles that face the camera: of a head, the others are behind them.
+    facing: Vec<[u32; 3]>,
     /// Where the head is in the picture, and which triangle each of its pixels shows.
     covered: Option<(Window, Vec<Fragment>)>,
 }
@@ -57,9 +59,15 @@ impl<'a> View<'a> {
     /// Draws the skin's depth as the camera sees it.
     pub fn new(surface: &'a Surface<'a>, camera: &'a Camera, cam_from_head: Transform) -> Self {
         let vertices = raster::project(camera, &cam_from_head, surface.positions);
-        let covered = Window::around(&vertices, camera, 1)
-            .map(|window| (window, raster::fragments(&vertices, surface.triangles, &window)));
-        Self { surface, camera, cam_from_head, covered }
+        let eye = cam_from_head.inverse().translation;
+        let faces = |triangle: &&[u32; 3]| {
+            let towards = eye - surface.positions[triangle[0] as usize];
+            mesh::area_normal(surface.positions, *triangle).dot(&towards) > 0.0
+        };
+        let facing: Vec<[u32; 3]> = surface.triangles.iter().filter(faces).copied().collect();
+        let covered =
+            Window::around(&vertices, camera, 1).map(|window| (window, raster::fragments(&vertices, &facing, &window)));
+        Self { surface, camera, cam_from_head, facing, covered }
     }
 
     fn fragment(&self, pixel: &Vec2) -> Option<&Fragment> {
@@ -71,7 +79,7 @@ impl<'a> View<'a> {
 
     /// The place of the skin that a pixel shows.
     pub fn cast(&self, pixel: &Vec2) -> Option<SkinPoint> {
-        let triangle = self.surface.triangles[self.fragment(pixel)?.triangle as usize];
+        let triangle = self.facing[self.fragment(pixel)?.triangle as usize];
         let corners = triangle.map(|i| self.surface.positions[i as usize]);
         // The fragment is the pixel centre's; the pixel's own ray meets the same triangle's plane beside it.
         let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
@@ -122,7 +130,7 @@ impl<'a> View<'a> {
                 return false;
             }
             let point = SkinPoint {
-                triangle: self.surface.triangles[fragment.triangle as usize],
+                triangle: self.facing[fragment.triangle as usize],
                 weights: fragment.weights().map(f64::from),
             };
             let faces = |view: &View| view.facing(&point).is_some_and(|found| found > cosine);
