@@ -1,6 +1,5 @@
 """What tracking's buttons do."""
 
-from collections.abc import Generator
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -89,7 +88,7 @@ def _tracked(source: Footage, settings: Settings) -> Work[Tracks]:
             folder.cleanup()
 
 
-def _decoded(source: Footage) -> Generator[tuple[str, float], None, TemporaryDirectory[str]]:
+def _decoded(source: Footage) -> Work[TemporaryDirectory[str]]:
     return (yield from video.decode(source.path, [frame.index for frame in source.frames]))
 
 

@@ -1,6 +1,5 @@
 """Every test starts in an empty scene with the extension installed from its zip, as a user would."""
 
-import json
 import os
 import shutil
 from collections.abc import Callable, Iterator
@@ -82,14 +81,14 @@ def tracked(clip: bpy.types.MovieClip) -> bpy.types.MovieClip:
 @pytest.fixture
 def library(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[dict[str, Any]]]:
     """Lets the library's tracking give made-up tracks of the frames it is asked for; tells what it was asked."""
-    from tracking import Finished, made_up, module
+    from tracking import Finished, made_up, module, parsed
 
     def install(fails: Exception | None = None, **more: Any) -> list[dict[str, Any]]:
         asked: list[dict[str, Any]] = []
 
         def track(frames: list[str], **settings: Any) -> Finished:
             asked.append({"frames": frames} | settings)
-            return Finished(json.dumps(made_up(names=[Path(frame).stem for frame in frames], **more)), fails)
+            return Finished(parsed(made_up(names=[Path(frame).stem for frame in frames], **more)), fails)
 
         monkeypatch.setattr(module("track.actions"), "track", track)
         return asked

@@ -74,7 +74,12 @@ def show(clip: bpy.types.MovieClip, content: Content, kind: str = "CAMERA", **se
     scene = bpy.context.scene
     for name, value in ({"kind": kind} | settings).items():
         setattr(scene.facewright_motion, name, value)
-    return module("motion.actions").place(scene, clip, json.dumps(content))
+    return module("motion.actions").place(scene, clip, parsed(content))
+
+
+def parsed(content: Content) -> Any:
+    """As the library has it."""
+    return module("engine.motion").parse(json.dumps(content))
 
 
 def posed(content: Content) -> list[int]:

@@ -299,11 +299,11 @@ def test_a_rig_is_calibrated_and_drawn(tmp_path: Path) -> None:
     """Twice the same camera: nothing lies between the two."""
     library = importlib.import_module("facewright")
     boards = [str(CLIP / "board")]
-    rig = json.loads(library.calibrate_rig([("left", boards), ("right", boards)]).result())
-    assert [camera["name"] for camera in rig["cameras"]] == ["left", "right"]
-    assert rig["cameras"][1]["baseline"] < 1e-4
-    library.save_calibration_picture(json.dumps(rig), str(tmp_path / "rig.svg"))
-    assert (tmp_path / "rig.svg").read_bytes().startswith(b"<svg")
+    rig = library.calibrate_rig([("left", boards), ("right", boards)]).result()
+    assert rig.names == ["left", "right"] and rig.cameras[1].baseline < 1e-4
+    for number, given in enumerate((rig, str(rig))):
+        library.save_calibration_picture(given, str(tmp_path / f"{number}.svg"))
+        assert (tmp_path / f"{number}.svg").read_bytes().startswith(b"<svg")
     with pytest.raises(library.FacewrightError, match="does not tell of the boards"):
         library.save_calibration_picture(json.dumps(NUMBERS), str(tmp_path / "none.svg"))
 
@@ -451,6 +451,7 @@ def test_the_camera_and_its_picture_can_be_saved(calibrated: Any, camera_json: P
         assert path.read_bytes().startswith(begin)
     with pytest.raises(RuntimeError, match="svg, .pdf or .png"):
         bpy.ops.facewright.save_calibration_picture(filepath=str(tmp_path / "calibration.txt"))
+    (tmp_path / "none").touch()
     with pytest.raises(RuntimeError, match="cannot be written"):
         bpy.ops.facewright.save_camera(filepath=str(tmp_path / "none/camera.json"))
 

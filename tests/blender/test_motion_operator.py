@@ -10,8 +10,8 @@ import bpy
 import numpy as np
 import pytest
 from conftest import snapshot
-from moving import projected, saved, seen, show, solution
-from tracking import CLIP, NAMES, TRUTH, Finished, drawn, in_editor, made_up, module, place, read
+from moving import parsed, projected, saved, seen, show, solution
+from tracking import CLIP, NAMES, TRUTH, Finished, drawn, in_editor, made_up, module, place, read, written
 
 Asked = list[dict[str, Any]]
 
@@ -23,9 +23,9 @@ def solver(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Asked]:
     def install(fails: Exception | None = None, **more: Any) -> Asked:
         asked: Asked = []
 
-        def solve_motion(tracks: str, **settings: Any) -> Finished:
-            asked.append({"tracks": json.loads(tracks)} | settings)
-            return Finished(json.dumps(solution(**more)), fails)
+        def solve_motion(tracks: Any, **settings: Any) -> Finished:
+            asked.append({"tracks": json.loads(str(tracks))} | settings)
+            return Finished(parsed(solution(**more)), fails)
 
         monkeypatch.setattr(module("motion.actions"), "solve_motion", solve_motion)
         return asked
@@ -162,7 +162,7 @@ def test_an_error_of_the_library_is_told_and_changes_nothing(tracked: bpy.types.
 
 
 def test_closing_the_work_cancels_the_job(tracked: bpy.types.MovieClip, monkeypatch: pytest.MonkeyPatch) -> None:
-    actions, job = module("motion.actions"), Finished("")
+    actions, job = module("motion.actions"), Finished()
     job.rounds = 100
     monkeypatch.setattr(actions, "solve_motion", lambda _tracks, **_settings: job)
     before = snapshot()
@@ -209,10 +209,6 @@ def test_the_panels_tell_what_was_found(tracked: bpy.types.MovieClip) -> None:
     assert "Focal 520.0 px, as given" in " ".join(module("motion.actions").summary(parsed(solution())))
 
 
-def parsed(content: dict[str, Any]) -> Any:
-    return module("engine.motion").parse(json.dumps(content))
-
-
 def test_of_many_frames_some_are_told() -> None:
     content = solution()
     for frame in content["frames"][:9]:
@@ -229,7 +225,7 @@ def test_the_shell_command_solves(addon: ModuleType, solver: Any, library: Any, 
     more = ["--length", "2-7=61.5", "--length", "3-4=20", "--interocular-mm", "60", "--show", "head", "--blend", blend]
     assert cli.run(["motion", frames, "--tracks", tracks, "-o", out, *more]) == 0
     assert asked[0]["lengths"] == [(2, 7, 61.5), (3, 4, 20.0)] and asked[0]["interocular_mm"] == 60.0
-    assert len(asked[0]["tracks"]["tracks"]) == 12 and json.loads(Path(out).read_text()) == solution()
+    assert len(asked[0]["tracks"]["tracks"]) == 12 and json.loads(Path(out).read_text()) == written(solution())
     bpy.ops.wm.open_mainfile(filepath=blend)
     assert bpy.data.objects["Face Head"].parent == bpy.data.objects["Face Camera"] and bpy.context.scene.active_clip
     before = snapshot()

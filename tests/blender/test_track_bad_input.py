@@ -95,7 +95,7 @@ def test_an_error_of_the_library_is_told_and_changes_nothing(tracked: bpy.types.
 
 def test_closing_the_work_cancels_the_job(clip: bpy.types.MovieClip, library: Any, monkeypatch: Any) -> None:
     library()
-    actions, job = module("track.actions"), Finished("")
+    actions, job = module("track.actions"), Finished()
     job.rounds = 100
     monkeypatch.setattr(actions, "track", lambda _frames, **_settings: job)
     before = snapshot()

@@ -42,7 +42,7 @@ def test_a_video_is_decoded_and_its_frames_have_their_numbers(tmp_path: Path, li
     clip = bpy.data.movieclips.load(str(tmp_path / "clip.mp4"))
     source = module("scene.footage").of_clip(clip).part(3, 9)
     before = snapshot()
-    tracks = json.loads(module("jobs").wait(actions.tracked(source, actions.Settings())))
+    tracks = json.loads(str(module("jobs").wait(actions.tracked(source, actions.Settings()))))
     assert [frame["name"] for frame in tracks["frames"]] == [f"frame_{k:06d}" for k in range(2, 9)]
     assert not Path(asked[0]["frames"][0]).exists() and snapshot() == before
     tracks["camera"] |= {"width": 64, "height": 64}
@@ -69,7 +69,7 @@ def test_the_reconstruction_uses_the_markers(tracked: bpy.types.MovieClip, monke
 
     def reconstruct(_frames: list[str], **more: Any) -> Finished:
         asked.append(more["tracks"])
-        return Finished("", error)
+        return Finished(None, error)
 
     monkeypatch.setattr(module("reconstruct.actions"), "reconstruct", reconstruct)
     settings.path = str(CLIP / "frames")

@@ -137,6 +137,7 @@ def test_saved_tracks_are_opened_again(tracked: bpy.types.MovieClip, tmp_path: P
     back = read(tracked)
     for mine, theirs in zip(back["tracks"], before["tracks"], strict=True):
         assert np.allclose(mine["observations"], theirs["observations"], rtol=0.0, atol=1e-4)
+    (tmp_path / "none").touch()
     with pytest.raises(RuntimeError, match="cannot be written"):
         bpy.ops.facewright.save_tracks(filepath=str(tmp_path / "none/tracks.json"))
 

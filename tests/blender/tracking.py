@@ -53,11 +53,21 @@ def module(name: str) -> ModuleType:
 
 
 def place(clip: bpy.types.MovieClip, tracks: Text) -> str:
-    return module("track.actions").place(clip, json.dumps(tracks))
+    return module("track.actions").place(clip, parsed(tracks))
 
 
 def read(clip: bpy.types.MovieClip) -> Text:
-    return json.loads(module("track.actions").read(clip))
+    return json.loads(str(module("track.actions").read(clip)))
+
+
+def parsed(tracks: Text) -> Any:
+    """As the library has them."""
+    return module("engine.tracks").parse(json.dumps(tracks))
+
+
+def written(content: Text) -> Text:
+    """As the library writes it: with its schema, and with all that a camera has."""
+    return content | {"schema": 1, "camera": {"k1": 0.0, "k2": 0.0} | content["camera"]}
 
 
 def by_id(tracks: Text) -> dict[int, Text]:
@@ -71,10 +81,10 @@ def marker(track: bpy.types.MovieTrackingTrack, frame: int) -> bpy.types.MovieTr
 
 
 class Finished:
-    """A native job that has made a tracks.json; `fails` is raised instead."""
+    """A native job that has made something; `fails` is raised instead."""
 
-    def __init__(self, text: str, fails: Exception | None = None) -> None:
-        self.text, self.fails, self.cancelled, self.rounds = text, fails, False, 2
+    def __init__(self, made: Any = None, fails: Exception | None = None) -> None:
+        self.made, self.fails, self.cancelled, self.rounds = made, fails, False, 2
 
     def progress(self) -> tuple[str, float, float | None]:
         return "track", 0.5, 12.0
@@ -86,10 +96,10 @@ class Finished:
     def cancel(self) -> None:
         self.cancelled = True
 
-    def result(self) -> str:
+    def result(self) -> Any:
         if self.fails is not None:
             raise self.fails
-        return self.text
+        return self.made
 
 
 def in_editor(clip: bpy.types.MovieClip, work: Callable[[], Any]) -> Any:

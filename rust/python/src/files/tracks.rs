@@ -147,7 +147,6 @@ impl Track {
     /// comes into a Tracks.
     #[new]
     #[pyo3(signature = (id, *, reference, region, frames, points, sigmas, missing = BTreeMap::new(), place = None))]
-    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
         id: usize,
         reference: usize,
