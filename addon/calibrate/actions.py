@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..engine import FacewrightError, Page, calibrate, save_calibration_picture
+from ..engine import CalibrateOptions, FacewrightError, Page, calibrate, save_calibration_picture
 from ..engine import save_board as _save_board
 from ..engine.calibration import Calibration, parse
 from ..engine.files import write_text
@@ -43,7 +43,7 @@ class BoardSettings:
         return {"squares": size, "gap_mm": self.gap_mm, "square_mm": self.square_mm}
 
 
-def calibrated(pictures: list[str], board: BoardSettings, picture: str | None = None) -> Work[str]:
+def calibrated(pictures: list[str], board: BoardSettings | CalibrateOptions, picture: str | None = None) -> Work[str]:
     """Calibrate from image files, a folder of them or one video; the result is the text of a camera.json.
 
     It is also drawn into `picture`.
@@ -55,16 +55,17 @@ def calibrated(pictures: list[str], board: BoardSettings, picture: str | None = 
         raise FacewrightError(f"{missing[0]} does not exist: choose the pictures again")
     if len(pictures) > 1 and any(video.is_video(path) for path in pictures):
         raise FacewrightError("choose one video alone, or pictures without videos")
-    return _calibrated(pictures, board, picture)
+    options = board if isinstance(board, CalibrateOptions) else CalibrateOptions(**board.arguments)
+    return _calibrated(pictures, options, picture)
 
 
-def _calibrated(pictures: list[str], board: BoardSettings, picture: str | None) -> Work[str]:
+def _calibrated(pictures: list[str], options: CalibrateOptions, picture: str | None) -> Work[str]:
     folder = None
     try:
         if video.is_video(pictures[0]):
             folder = yield from video.decode(pictures[0], spread(pictures[0]))
             pictures = [folder.name]
-        return (yield from watch(calibrate(pictures, **board.arguments, picture=picture)))
+        return (yield from watch(calibrate(pictures, options=options, picture=picture)))
     finally:
         if folder is not None:
             folder.cleanup()
