@@ -1,8 +1,8 @@
 """Running a native job: polled by a modal operator in a window, waited for in the background.
 
-`Work` is a generator that yields `(stage, fraction, seconds left)` while it is busy and returns its result; what is left
-may be unknown. The same generator serves both ways, so that a click and a script cannot differ. Closing it cancels what
-runs.
+`Work` is a generator that yields `(stage, fraction, seconds left)` while it is busy and returns its result; what is
+left may be unknown. The same generator serves both ways, so that a click and a script cannot differ. Closing it cancels
+what runs.
 """
 
 import time

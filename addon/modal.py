@@ -90,7 +90,9 @@ class WorkOperator:
         until = time.monotonic() + POLL_SECONDS / 2
         try:
             while time.monotonic() < until:
-                Running.stage, Running.fraction, Running.remaining_s = next(self._work)
+                Running.stage, fraction, Running.remaining_s = next(self._work)
+                # One bar for decoding and the work after it: it never falls.
+                Running.fraction = max(Running.fraction, fraction)
                 if Running.stage != "decode":
                     break
         except StopIteration as end:

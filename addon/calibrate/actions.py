@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..engine import Bend, Camera, FacewrightError, Page, calibrate, save_calibration_picture
+from ..engine import Bend, CalibrateOptions, Camera, FacewrightError, Page, calibrate, save_calibration_picture
 from ..engine import save_board as _save_board
 from ..engine.calibration import Number, parse, pictures
 from ..engine.calibration import numbers as shown_numbers
@@ -63,7 +63,10 @@ class LensSettings:
 
 
 def calibrated(
-    pictures: list[str], board: BoardSettings, picture: str | None = None, lens: LensSettings | None = None
+    pictures: list[str],
+    board: BoardSettings | CalibrateOptions,
+    picture: str | None = None,
+    lens: LensSettings | None = None,
 ) -> Work[str]:
     """Calibrate from image files, a folder of them or one video; the result is the text of a camera.json.
 
@@ -76,16 +79,23 @@ def calibrated(
         raise FacewrightError(f"{missing[0]} does not exist: choose the pictures again")
     if len(pictures) > 1 and any(video.is_video(path) for path in pictures):
         raise FacewrightError("choose one video alone, or pictures without videos")
-    return _calibrated(pictures, board.arguments | (lens or LensSettings()).arguments, picture)
+    return _calibrated(pictures, options_of(board, lens), picture)
 
 
-def _calibrated(pictures: list[str], options: dict[str, Any], picture: str | None) -> Work[str]:
+def options_of(board: BoardSettings | CalibrateOptions, lens: LensSettings | None = None) -> CalibrateOptions:
+    """The library's options of a board and a lens."""
+    if isinstance(board, CalibrateOptions):
+        return board
+    return CalibrateOptions(**board.arguments, **(lens or LensSettings()).arguments)
+
+
+def _calibrated(pictures: list[str], options: CalibrateOptions, picture: str | None) -> Work[str]:
     folder = None
     try:
         if video.is_video(pictures[0]):
             folder = yield from video.decode(pictures[0], spread(pictures[0]))
             pictures = [folder.name]
-        return (yield from watch(calibrate(pictures, **options, picture=picture))).to_json()
+        return (yield from watch(calibrate(pictures, options=options, picture=picture))).to_json()
     finally:
         if folder is not None:
             folder.cleanup()

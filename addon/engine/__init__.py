@@ -2,36 +2,64 @@
 
 import os
 from collections.abc import Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
-from facewright import Camera, Cancelled, FacewrightError, Job, Motion, Reconstruction, Report, Rig, Tracks
+from facewright import (
+    Assets,
+    CalibrateOptions,
+    Camera,
+    Cancelled,
+    Command,
+    FacewrightError,
+    Job,
+    Motion,
+    MotionOptions,
+    Reconstruction,
+    ReconstructOptions,
+    Report,
+    Rig,
+    TrackOptions,
+    Tracks,
+    UsageError,
+)
 from facewright import calibrate as _calibrate
 from facewright import calibrate_rig as _calibrate_rig
 from facewright import check_folder as check_folder
 from facewright import generic_head as _generic_head
 from facewright import motion as _motion
+from facewright import parse_command as parse_command
 from facewright import reconstruct as _reconstruct
-from facewright import save_board as _save_board
+from facewright import run as _run
+from facewright import save_board as save_board
 from facewright import save_calibration_picture as save_calibration_picture
 from facewright import track as _track
 
 __all__ = [
+    "CalibrateOptions",
     "Camera",
     "Cancelled",
+    "Command",
     "FacewrightError",
     "Job",
     "Motion",
+    "MotionOptions",
+    "ReconstructOptions",
     "Reconstruction",
     "Report",
     "Rig",
+    "TrackOptions",
     "Tracks",
+    "UsageError",
     "assets_folder",
     "calibrate",
     "calibrate_rig",
     "check_folder",
     "generic_head",
+    "parse_command",
     "reconstruct",
+    "run_command",
     "save_board",
     "save_calibration_picture",
     "solve_motion",
@@ -48,82 +76,62 @@ def assets_folder() -> str:
     return os.environ.get("FACEWRIGHT_ASSETS") or str(Path(__file__).parent.parent / "assets")
 
 
+@lru_cache(maxsize=1)
+def _assets(folder: str) -> Assets:
+    """One handle for all jobs: the head and the nets are read once."""
+    return Assets(folder)
+
+
 def reconstruct(
     frames: Sequence[str],
     *,
-    camera: str | None,
-    method: Method,
-    texture_size: int,
-    interocular_mm: float | None,
+    camera: str | None = None,
     tracks: str | None = None,
+    motion: str | None = None,
+    options: ReconstructOptions | None = None,
 ) -> Job[Reconstruction]:
-    """Start to reconstruct the head in image files or folders; `camera` is the text of a camera.json.
+    """Start to reconstruct the head in image files or folders.
 
-    `tracks` is the text of a tracks.json that is used instead of tracking anew.
+    `camera`, `tracks` and `motion` are the texts of a camera.json, a tracks.json and a motion.json: what is given is
+    not found anew.
     """
-    return _reconstruct(
-        list(frames),
-        assets=assets_folder(),
-        camera=camera,
-        method=method,
-        texture_size=texture_size,
-        interocular_mm=interocular_mm,
-        tracks=tracks,
-    )
+    assets = _assets(assets_folder())
+    return _reconstruct(list(frames), assets=assets, camera=camera, tracks=tracks, motion=motion, options=options)
 
 
-def track(
-    frames: Sequence[str],
-    *,
-    camera: str | None,
-    method: Method,
-    points: int,
-    window: int | None,
-) -> Job[Tracks]:
+def track(frames: Sequence[str], *, camera: str | None, options: TrackOptions | None = None) -> Job[Tracks]:
     """Start to track a face in image files; `camera` is the text of a camera.json."""
-    return _track(list(frames), assets=assets_folder(), camera=camera, method=method, points=points, window=window)
+    return _track(list(frames), assets=_assets(assets_folder()), camera=camera, options=options)
 
 
-def solve_motion(
-    tracks: Tracks | str,
-    *,
-    camera: str | None,
-    interocular_mm: float | None,
-    lengths: Sequence[tuple[int, int, float]] = (),
-) -> Job[Motion]:
+def solve_motion(tracks: Tracks | str, *, camera: str | None, **options: Any) -> Job[Motion]:
     """Start to find the motion of a head from its tracks.
 
-    `camera` is the text of a camera.json, `lengths` are distances that were measured: two tracks and millimetres.
+    `camera` is the text of a camera.json, further keywords those of `MotionOptions`.
     """
-    return _motion(tracks, camera=camera, interocular_mm=interocular_mm, lengths=list(lengths))
+    return _motion(tracks, camera=camera, **options)
 
 
-def calibrate(pictures: Sequence[str], *, picture: str | None = None, **options: Any) -> Job[Camera]:
-    """Start to calibrate a camera from board pictures; the result is also drawn into `picture`.
+def calibrate(
+    pictures: Sequence[str], *, options: CalibrateOptions | None = None, picture: str | None = None
+) -> Job[Camera]:
+    """Start to calibrate a camera from board pictures; the result is also drawn into `picture`."""
+    return _calibrate(list(pictures), options=options, picture=picture)
 
-    The board has `inner` corners or separate `squares`, and `square_mm`; further options are those of the lens.
-    """
-    return _calibrate(list(pictures), picture=picture, **options)
 
-
-def calibrate_rig(cameras: Sequence[tuple[str, Sequence[str]]], **options: Any) -> Job[Rig]:
-    """Start to calibrate cameras, each with its name and board pictures, and where they stand; options as above."""
-    return _calibrate_rig([(name, list(pictures)) for name, pictures in cameras], **options)
+def calibrate_rig(
+    cameras: Sequence[tuple[str, Sequence[str]]], *, options: CalibrateOptions | None = None
+) -> Job[Rig]:
+    """Start to calibrate cameras, each with its name and board pictures, and where they stand."""
+    return _calibrate_rig([(name, list(pictures)) for name, pictures in cameras], options=options)
 
 
 def generic_head() -> Reconstruction:
     """The generic head with its own keys."""
-    return _generic_head(assets_folder())
+    return _generic_head(_assets(assets_folder()))
 
 
-def save_board(
-    path: str,
-    *,
-    inner: tuple[int, int] = (9, 6),
-    squares: tuple[int, int] | None = None,
-    gap_mm: float | None = None,
-    square_mm: float,
-    page: Page,
-) -> None:
-    """Write a board to print, as the SVG, PDF or PNG that the path's extension says."""
-    _save_board(path, inner=inner, squares=squares, gap_mm=gap_mm, square_mm=square_mm, page=page)
+def run_command(arguments: Sequence[str], program: str) -> int:
+    """Do what a command line of the `facewright` program asks for; the exit code."""
+    given = any(argument.split("=")[0] == "--assets" for argument in arguments)
+    return _run([*arguments, *([] if given else ["--assets", assets_folder()])], program=program)

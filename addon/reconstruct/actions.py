@@ -1,11 +1,11 @@
 """What the reconstruction's buttons do."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..engine import FacewrightError, Method, Reconstruction, check_folder, reconstruct
+from ..engine import FacewrightError, Method, Reconstruction, ReconstructOptions, check_folder, reconstruct
 from ..engine.tracks import parse, to_text
 from ..jobs import Work, watch
 from ..scene import face_tracks, heads, motion_rig, track_reading, video
@@ -28,14 +28,25 @@ class Source:
 
 @dataclass(frozen=True)
 class Settings:
-    """How to reconstruct; texts of a camera.json and a tracks.json; `output` is a folder that will hold the files."""
+    """How to reconstruct; texts of a camera.json, a tracks.json and a motion.json; `output` will hold the files."""
 
     camera: str | None = None
-    method: Method = "default"
-    texture_size: int = 2048
-    interocular_mm: float | None = None
     output: str | None = None
     tracks: str | None = None
+    motion: str | None = None
+    options: ReconstructOptions = field(default_factory=ReconstructOptions)
+
+
+def options_of(*groups: Any) -> ReconstructOptions:
+    """What panels say: their properties that are called as the library's options, unless their `use_…` is off."""
+    values: dict[str, Any] = {}
+    for group in groups:
+        names = [name for name in dir(ReconstructOptions()) if name in group.bl_rna.properties]
+        used = [name for name in names if getattr(group, f"use_{name.removesuffix('_mm')}", True)]
+        values |= {name: getattr(group, name) for name in used}
+    # The items of a choice are texts, of numbers too.
+    numbers = {name: int(value) for name, value in values.items() if isinstance(value, str) and value.isdigit()}
+    return ReconstructOptions(**values | numbers)
 
 
 def reconstructed(source: Source, settings: Settings) -> Work[Reconstruction]:
@@ -69,10 +80,9 @@ def _reconstructed(source: Source, settings: Settings) -> Work[Reconstruction]:
         job = reconstruct(
             frames,
             camera=settings.camera,
-            method=settings.method,
-            texture_size=settings.texture_size,
-            interocular_mm=settings.interocular_mm,
             tracks=_tracks(settings.tracks, names) if settings.tracks else None,
+            motion=settings.motion,
+            options=settings.options,
         )
         return (yield from watch(job))
     finally:

@@ -43,11 +43,9 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
         source = actions.Source(path, (clip.first, clip.last) if clip.use_range else None)
         settings = actions.Settings(
             camera=context.scene.facewright_camera.text or None,
-            method=clip.method,
-            texture_size=int(clip.texture_size),
-            interocular_mm=context.scene.facewright_person.pupils_mm,
             output=self._folder(context),
             tracks=actions.markers(path) if clip.use_markers else None,
+            options=actions.options_of(clip, context.scene.facewright_person),
         )
         return actions.reconstructed(source, settings)
 

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 from zlib import crc32
 
-from ..engine import Camera, FacewrightError, Rig, calibrate_rig
+from ..engine import CalibrateOptions, Camera, FacewrightError, Rig, calibrate_rig
 from ..engine.rig import parse
 from ..jobs import Work, watch
 
@@ -24,7 +24,8 @@ def calibrated(folders: list[tuple[str, str]], options: dict[str, Any]) -> Work[
             raise FacewrightError(f"two cameras are called {name}: give each a name of its own")
         if not Path(path).is_dir():
             raise FacewrightError(f"{path} is no folder: choose the pictures of camera {name} again")
-    return watch(calibrate_rig([(name, [path]) for name, path in folders], **options))
+    cameras = [(name, [path]) for name, path in folders]
+    return watch(calibrate_rig(cameras, options=CalibrateOptions(**options)))
 
 
 def known(text: str) -> Rig | None:

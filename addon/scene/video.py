@@ -10,6 +10,8 @@ from pathlib import Path
 
 import bpy
 
+# Part of a bar that decoding takes, before the library's work on the frames.
+DECODING = 0.1
 VIDEOS = {".mp4", ".mov", ".avi", ".mkv", ".webm", ".m4v", ".mpg", ".ogv"}
 
 
@@ -56,7 +58,7 @@ def decode(path: str, numbers: Iterable[int]) -> Decoding:
         _set_up(scene, path)
         wanted = list(numbers)
         for done, number in enumerate(wanted):
-            yield "decode", done / len(wanted), None
+            yield "decode", DECODING * done / len(wanted), None
             _write(scene, number, Path(folder.name))
         return folder
     except (GeneratorExit, RuntimeError):

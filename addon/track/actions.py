@@ -1,11 +1,11 @@
 """What tracking's buttons do."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from ..engine import FacewrightError, Method, Tracks, track
+from ..engine import FacewrightError, TrackOptions, Tracks, track
 from ..engine.calibration import parse as parse_camera
 from ..jobs import Work, watch
 from ..scene import camera as scene_camera
@@ -16,18 +16,16 @@ from ..scene.footage import Footage
 
 @dataclass(frozen=True)
 class Settings:
-    """How to track; `camera` is the text of a camera.json, `window` the pattern's side in pixels."""
+    """How to track; `camera` is the text of a camera.json."""
 
     camera: str | None = None
-    method: Method = "default"
-    points: int = 200
-    window: int | None = None
+    options: TrackOptions = field(default_factory=TrackOptions)
 
     @classmethod
     def of(cls, settings: Any, camera: str) -> "Settings":
         """What the panel says."""
         window = settings.window | 1 if settings.use_window else None
-        return cls(camera or None, settings.method, settings.points, window)
+        return cls(camera or None, TrackOptions(method=settings.method, points=settings.points, window=window))
 
 
 def shown(clip: Any, scene: Any) -> Footage:
@@ -75,20 +73,13 @@ def _tracked(source: Footage, settings: Settings) -> Work[Tracks]:
             frames = [str(Path(folder.name) / f"{frame.name}.png") for frame in source.frames]
         else:
             frames = [source.images[frame.index] for frame in source.frames]
-        job = track(
-            frames,
-            camera=settings.camera,
-            method=settings.method,
-            points=settings.points,
-            window=settings.window,
-        )
-        return (yield from watch(job))
+        return (yield from watch(track(frames, camera=settings.camera, options=settings.options)))
     finally:
         if folder is not None:
             folder.cleanup()
 
 
-def _decoded(source: Footage) -> Work[TemporaryDirectory[str]]:
+def _decoded(source: Footage) -> video.Decoding:
     return (yield from video.decode(source.path, [frame.index for frame in source.frames]))
 
 

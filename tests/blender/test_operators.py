@@ -148,8 +148,29 @@ def test_the_shell_command_knows_its_arguments(addon: ModuleType, tmp_path: Path
     assert cli.run(["reconstruct"]) == 2
     assert cli.run(["reconstruct", str(tmp_path / "none.mp4"), "-o", str(tmp_path / "out")]) == 1
     assert not (tmp_path / "out").exists()
-    wanted = cli.parser().parse_args(["reconstruct", "clip.mp4", "-o", "out", "--frames", "480-660"])
-    assert wanted.frames == (480, 660)
+    wanted, rest = cli.own_arguments("reconstruct").parse_known_args(["clip.mp4", "-o", "out", "--frames", "480-660"])
+    assert wanted.frames == (480, 660) and rest == ["clip.mp4", "-o", "out"]
+    assert cli.run(["reconstruct", "--help"]) == 0 and cli.run(["--version"]) == 0
+    out = tmp_path / "board.svg"
+    assert cli.run(["board", "--inner", "8x5", "-o", str(out)]) == 0 and out.exists()
+
+
+def test_the_shell_command_takes_every_option_of_the_program(
+    addon: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cli, asked = importlib.import_module(f"{PACKAGE}.cli"), []
+    actions = importlib.import_module(f"{PACKAGE}.reconstruct.actions")
+    monkeypatch.setattr(actions, "reconstructed", lambda source, settings: asked.append(settings) or iter(()))
+    tracks = tmp_path / "tracks.json"
+    tracks.write_text("{}")
+    line = ["reconstruct", str(tmp_path), "-o", str(tmp_path / "out"), "--tracks", str(tracks), "--texture-size", "256"]
+    more = ["--length", "1:2=63.5", "--length", "3-4=20", "--interocular-mm", "61", "--method", "paper"]
+    with pytest.raises(AttributeError):
+        cli.run(line + more)
+    (settings,) = asked
+    assert settings.options.lengths == ((1, 2, 63.5), (3, 4, 20.0)) and settings.options.interocular_mm == 61.0
+    assert settings.options.texture_size == 256 and settings.options.method == "paper"
+    assert settings.tracks == "{}" and settings.motion is None
 
 
 CLIP = ROOT / "tests/data/clip"

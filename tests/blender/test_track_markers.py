@@ -112,7 +112,8 @@ def test_the_range_of_the_panel_is_used(clip: bpy.types.MovieClip, library: Any)
     settings.use_window, settings.window = True, 14
     assert bpy.ops.facewright.track(clip=clip.name) == {"FINISHED"}
     assert [Path(frame).stem for frame in asked[0]["frames"]] == NAMES[1:12]
-    assert asked[0]["points"] == 77 and asked[0]["window"] == 15 and asked[0]["camera"] is None
+    assert asked[0]["camera"] is None
+    assert asked[0]["options"].points == 77 and asked[0]["options"].window == 15
 
 
 def test_an_edited_marker_is_read_where_it_is(tracked: bpy.types.MovieClip) -> None:

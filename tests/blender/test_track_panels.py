@@ -113,7 +113,7 @@ def test_the_shell_command_tracks(addon: ModuleType, library: Any, tmp_path: Pat
     frames = str(CLIP / "frames")
     more = ["--camera", camera, "--frames", "3-14", "--points", "50", "--blend", blend]
     assert cli.run(["track", frames, "-o", out, *more]) == 0
-    assert [Path(frame).stem for frame in asked[0]["frames"]] == NAMES[3:15] and asked[0]["points"] == 50
+    assert [Path(frame).stem for frame in asked[0]["frames"]] == NAMES[3:15] and asked[0]["options"].points == 50
     assert [frame["name"] for frame in json.loads(Path(out).read_text())["frames"]] == NAMES[3:15]
     bpy.ops.wm.open_mainfile(filepath=blend)
     assert len(read(bpy.data.movieclips[0])["tracks"]) == 12

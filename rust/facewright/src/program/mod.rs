@@ -43,7 +43,7 @@ use std::process::ExitCode;
 
 /// From a filmed head to an animatable head.
 #[derive(Clone, Debug, Parser)]
-#[command(name = "facewright", version, about)]
+#[command(name = "facewright", version)]
 pub struct Arguments {
     /// Print the result as JSON on standard output
     #[arg(long, global = true)]

@@ -19,7 +19,7 @@ const PARTS: [f64; 2] = [0.8, 0.2];
 #[derive(Clone, Debug, Args, Serialize)]
 pub struct MotionCommand {
     /// Image files in the order of time, a folder, or a video
-    #[arg(required_unless_present = "tracks", conflicts_with = "tracks")]
+    #[arg(required_unless_present = "tracks", conflicts_with_all = ["tracks", "rig"])]
     frames: Vec<PathBuf>,
     /// Tracks of them, made before; with --rig of each of its cameras: left=FILE right=FILE
     #[arg(long, num_args = 1.., value_name = "FILE")]

@@ -67,7 +67,8 @@ fn wrong_usage_is_told() {
     assert!(told("board --inner 2x6").contains("two numbers of at least 3, like 9x6"));
     assert!(told("board --inner 9x6 --squares 3x4").contains("cannot be used with"));
     assert!(told("reconstruct f -o out --length 12-48=63.5").contains("like 12:48=63.5"));
-    assert!(told("motion f --rig rig.json").contains("--tracks"));
+    assert!(told("motion f --rig rig.json").contains("cannot be used with"));
+    assert!(told("motion --rig rig.json").contains("--tracks"));
     assert_eq!(read("reconstruct --help").unwrap_err().exit_code(), 0);
     assert_eq!(read("reconstruct f").unwrap_err().exit_code(), 2);
 }

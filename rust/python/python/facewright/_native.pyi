@@ -894,7 +894,7 @@ def reconstruct(
     """
 
 def overlay(result: Path, frames: Sequence[Path], folder: Path) -> Job[list[str]]:
-    """Draw the head of a result folder over its frames, into PNG of the frames' names, which are the result."""
+    """Draw the head of a result folder over its frames, into PNG of the frames' names, which the result lists."""
 
 def generic_head(assets: Assets | Path) -> Reconstruction:
     """The generic head itself, with its own keys and a plain texture."""
