@@ -37,10 +37,6 @@ pub(crate) fn given(
     known_tracks: Option<&str>,
     known_motion: Option<&str>,
 ) -> PyResult<Given> {
-    Ok(Given {
-        camera: known_camera.map(camera).transpose()?,
-        tracks: known_tracks.map(tracks).transpose()?,
-        motion: known_motion.map(motion).transpose()?,
-        ..Given::default()
-    })
+    let known = Given { camera: known_camera.map(camera).transpose()?, ..Given::default() };
+    Ok(Given { tracks: known_tracks.map(tracks).transpose()?, motion: known_motion.map(motion).transpose()?, ..known })
 }

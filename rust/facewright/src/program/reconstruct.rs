@@ -34,11 +34,11 @@ pub struct ReconstructCommand {
 
 impl ReconstructCommand {
     pub(super) fn run(&self, assets: &Path, progress: &Progress) -> Result<Summary, FacewrightError> {
+        let known = Given { camera: camera(self.camera.as_deref())?, ..Given::default() };
         let given = Given {
-            camera: camera(self.camera.as_deref())?,
             tracks: self.tracks.as_deref().map(Tracks::read).transpose()?,
             motion: self.motion.as_deref().map(motion).transpose()?,
-            ..Given::default()
+            ..known
         };
         check_folder(&self.output)?;
         let (frames, progress) = open(&self.frames, progress)?;
