@@ -37,10 +37,12 @@ class Settings:
 def options_of(clip: Any) -> ReconstructOptions:
     """What the panel says: its properties that are called as the library's options, unless their `use_…` is off."""
     names = [name for name in dir(ReconstructOptions()) if name in clip.bl_rna.properties]
-    values = {name: getattr(clip, name) for name in names if getattr(clip, f"use_{name.removesuffix('_mm')}", True)}
+    values: dict[str, Any] = {
+        name: getattr(clip, name) for name in names if getattr(clip, f"use_{name.removesuffix('_mm')}", True)
+    }
     # The items of a choice are texts, of numbers too.
-    numbers = {name: int(value) for name, value in values.items() if isinstance(value, str) and value.isdigit()}
-    return ReconstructOptions(**values | numbers)
+    values |= {name: int(value) for name, value in values.items() if isinstance(value, str) and value.isdigit()}
+    return ReconstructOptions(**values)
 
 
 def reconstructed(source: Source, settings: Settings) -> Work[Reconstruction]:
