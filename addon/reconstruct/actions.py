@@ -45,8 +45,8 @@ def options_of(*groups: Any) -> ReconstructOptions:
         used = [name for name in names if getattr(group, f"use_{name.removesuffix('_mm')}", True)]
         values |= {name: getattr(group, name) for name in used}
     # The items of a choice are texts, of numbers too.
-    numbers = {name: int(value) for name, value in values.items() if isinstance(value, str) and value.isdigit()}
-    return ReconstructOptions(**values | numbers)
+    values |= {name: int(value) for name, value in values.items() if isinstance(value, str) and value.isdigit()}
+    return ReconstructOptions(**values)
 
 
 def reconstructed(source: Source, settings: Settings) -> Work[Reconstruction]:

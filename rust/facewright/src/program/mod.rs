@@ -2,7 +2,7 @@
 //!
 //! # Entry points
 //! - [`main`]: the program. [`run`]: the same from arguments, for other programs; [`parse`] only reads them.
-//! - [`help_markdown`]: `docs/cli.md`.
+//! - [`help_markdown`] makes `docs/cli.md`.
 //!
 //! JSON on standard output with `--json`, progress on standard error, exit 0 done, 1 a clear error, 2 usage.
 

@@ -62,7 +62,7 @@ impl<'a> View<'a> {
         let eye = cam_from_head.inverse().translation;
         let faces = |triangle: &&[u32; 3]| {
             let towards = eye - surface.positions[triangle[0] as usize];
-            mesh::area_normal(surface.positions, *triangle).dot(&towards) > 0.0
+            mesh::area_normal(surface.positions, triangle).dot(&towards) > 0.0
         };
         let facing: Vec<[u32; 3]> = surface.triangles.iter().filter(faces).copied().collect();
         let covered =
