@@ -70,6 +70,15 @@ def written(content: Text) -> Text:
     return content | {"schema": 1, "camera": {"k1": 0.0, "k2": 0.0} | content["camera"]}
 
 
+def same(mine: Any, theirs: Any) -> bool:
+    """Whether two files hold the same; poses are rounded to rotations as they are read."""
+    if isinstance(mine, dict):
+        return mine.keys() == theirs.keys() and all(same(mine[key], theirs[key]) for key in mine)
+    if isinstance(mine, list):
+        return len(mine) == len(theirs) and all(map(same, mine, theirs))
+    return abs(mine - theirs) < 1e-6 if isinstance(mine, float) else mine == theirs
+
+
 def by_id(tracks: Text) -> dict[int, Text]:
     return {track["id"]: track for track in tracks["tracks"]}
 
