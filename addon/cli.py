@@ -14,7 +14,7 @@ from typing import Any
 import bpy
 
 from .calibrate import actions as camera_actions
-from .engine import Command, FacewrightError, UsageError, check_folder, parse_command, run_command
+from .engine import Command, FacewrightError, Tracks, UsageError, check_folder, parse_command, run_command
 from .jobs import wait
 from .motion import actions as motion_actions
 from .reconstruct import actions
@@ -96,7 +96,8 @@ def reconstruct(wanted: argparse.Namespace, command: Command) -> Said:
     use_assets(command)
     settings = actions.Settings(
         camera=camera_actions.read_camera(files["camera"]) if files["camera"] else None,
-        tracks=read(files["tracks"]),
+        faces=read(files["faces"]),
+        tracks=Tracks.read(files["tracks"]) if files["tracks"] else None,
         motion=read(files["motion"]),
         options=command.options,
         output=files["output"],
@@ -106,7 +107,7 @@ def reconstruct(wanted: argparse.Namespace, command: Command) -> Said:
     if wanted.blend:
         actions.place(bpy.context.scene, result, str(Path(clip_of(command)).resolve()))
         save(wanted.blend)
-    return [*actions.report_lines(result.report), *actions.warnings(result.report)], result.report.to_json()
+    return [*actions.report_lines(result.report), *actions.warnings(result.report)], result.report
 
 
 def calibrate(wanted: argparse.Namespace, command: Command) -> Said:
@@ -133,7 +134,9 @@ def track(wanted: argparse.Namespace, command: Command) -> Said:
     try:
         source = footage.of_clip(clip)
         source = source.part(wanted.frames[0] + 1, wanted.frames[1] + 1) if wanted.frames else source
-        tracks = wait(track_actions.tracked(source, track_actions.Settings(camera, command.options)))
+        tracks = wait(
+            track_actions.tracked(source, track_actions.Settings(camera, read(files["faces"]), command.options))
+        )
         lines = track_actions.save_text(files["output"], tracks)
         if wanted.blend:
             track_actions.place(clip, tracks)

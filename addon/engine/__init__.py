@@ -86,22 +86,25 @@ def reconstruct(
     frames: Sequence[str],
     *,
     camera: str | None = None,
-    tracks: str | None = None,
+    faces: str | None = None,
+    tracks: Tracks | str | None = None,
     motion: str | None = None,
     options: ReconstructOptions | None = None,
 ) -> Job[Reconstruction]:
     """Start to reconstruct the head in image files or folders.
 
-    `camera`, `tracks` and `motion` are the texts of a camera.json, a tracks.json and a motion.json: what is given is
-    not found anew.
+    `camera`, `faces`, `tracks` and `motion` are what other commands found, or the texts of their files: what is given
+    is not found anew.
     """
-    assets = _assets(assets_folder())
-    return _reconstruct(list(frames), assets=assets, camera=camera, tracks=tracks, motion=motion, options=options)
+    given = {"camera": camera, "faces": faces, "tracks": tracks, "motion": motion}
+    return _reconstruct(list(frames), assets=_assets(assets_folder()), **given, options=options)
 
 
-def track(frames: Sequence[str], *, camera: str | None, options: TrackOptions | None = None) -> Job[Tracks]:
-    """Start to track a face in image files; `camera` is the text of a camera.json."""
-    return _track(list(frames), assets=_assets(assets_folder()), camera=camera, options=options)
+def track(
+    frames: Sequence[str], *, camera: str | None, faces: str | None = None, options: TrackOptions | None = None
+) -> Job[Tracks]:
+    """Start to track a face in image files; `camera` and `faces` are the texts of a camera.json and a faces.json."""
+    return _track(list(frames), assets=_assets(assets_folder()), camera=camera, faces=faces, options=options)
 
 
 def solve_motion(tracks: Tracks | str, *, camera: str | None, **options: Any) -> Job[Motion]:
@@ -119,9 +122,7 @@ def calibrate(
     return _calibrate(list(pictures), options=options, picture=picture)
 
 
-def calibrate_rig(
-    cameras: Sequence[tuple[str, Sequence[str]]], *, options: CalibrateOptions | None = None
-) -> Job[Rig]:
+def calibrate_rig(cameras: Sequence[tuple[str, Sequence[str]]], *, options: CalibrateOptions | None = None) -> Job[Rig]:
     """Start to calibrate cameras, each with its name and board pictures, and where they stand."""
     return _calibrate_rig([(name, list(pictures)) for name, pictures in cameras], options=options)
 

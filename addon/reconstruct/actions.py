@@ -1,12 +1,12 @@
 """What the reconstruction's buttons do."""
 
-import json
+from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..engine import FacewrightError, Method, Reconstruction, ReconstructOptions, check_folder, reconstruct
-from ..engine.tracks import parse, to_text
+from ..engine import FacewrightError, Method, Reconstruction, ReconstructOptions, Tracks, check_folder, reconstruct
+from ..engine.report import parse as parse_report
 from ..jobs import Work, watch
 from ..scene import face_tracks, heads, motion_rig, track_reading, video
 from ..scene import head as scene_head
@@ -32,7 +32,8 @@ class Settings:
 
     camera: str | None = None
     output: str | None = None
-    tracks: str | None = None
+    faces: str | None = None
+    tracks: Tracks | None = None
     motion: str | None = None
     options: ReconstructOptions = field(default_factory=ReconstructOptions)
 
@@ -80,6 +81,7 @@ def _reconstructed(source: Source, settings: Settings) -> Work[Reconstruction]:
         job = reconstruct(
             frames,
             camera=settings.camera,
+            faces=settings.faces,
             tracks=_tracks(settings.tracks, names) if settings.tracks else None,
             motion=settings.motion,
             options=settings.options,
@@ -90,12 +92,12 @@ def _reconstructed(source: Source, settings: Settings) -> Work[Reconstruction]:
             folder.cleanup()
 
 
-def _tracks(text: str, names: list[str]) -> str:
+def _tracks(tracks: Tracks, names: list[str]) -> Tracks:
     """Tracks as they concern the frames that are used."""
-    tracks = parse(text).of_frames(names)
-    if not tracks.tracks:
+    tracks = tracks.of_frames(names)
+    if not len(tracks):
         raise FacewrightError("the markers are in none of these frames: use other frames, or turn Use Markers off")
-    return to_text(tracks)
+    return tracks
 
 
 def _numbers(source: Source) -> range:
@@ -209,33 +211,29 @@ def any_markers() -> bool:
     return face_tracks.anywhere()
 
 
-def markers(path: str) -> str:
-    """The text of a tracks.json of the markers of a clip, as they are now."""
+def markers(path: str) -> Tracks:
+    """The markers of a clip, as they are now."""
     clip = face_tracks.of_file(path)
     if clip is None:
         raise FacewrightError(f"{NO_MARKERS}, or turn Use Markers off")
-    return to_text(track_reading.collect(clip))
+    return track_reading.collect(clip)
 
 
 def report_lines(text: str) -> list[str]:
     """A report in a few lines for the panel."""
-    report: dict[str, Any] = json.loads(text)
-    frames = report["frames"]
-    used = [frame for frame in frames if frame["used"]]
-    reasons: dict[str, int] = {}
-    for frame in frames:
-        if not frame["used"]:
-            reason = frame["reason"].split(":")[0].split("(")[0].strip()
-            reasons[reason] = reasons.get(reason, 0) + 1
-    lines = [f"{len(used)} of {len(frames)} frames, {report['points']} points"] if frames else []
-    lines += [f"{count} × {reason}" for reason, count in reasons.items()]
-    if frames:
-        lines.append(
-            f"Fit {report['fit']['points_median_mm']:.2f} mm, texture {100 * report['texture']['seen']:.0f} % seen"
-        )
-    return lines
+    report = parse_report(text)
+    used = [frame for frame in report.frames if frame.used]
+    # What differs from frame to frame follows a colon or stands in brackets.
+    reasons = Counter(frame.reason.split(":")[0].split("(")[0].strip() for frame in report.frames if not frame.used)
+    if not report.frames:
+        return []
+    return [
+        f"{len(used)} of {len(report.frames)} frames, {report.points} points",
+        *(f"{count} × {reason}" for reason, count in reasons.items()),
+        f"Fit {report.fit.points_median_mm:.2f} mm, texture {100 * report.texture.seen:.0f} % seen",
+    ]
 
 
 def warnings(text: str) -> list[str]:
     """What the artist should know of a result."""
-    return json.loads(text)["warnings"]
+    return parse_report(text).warnings

@@ -16,16 +16,17 @@ from ..scene.footage import Footage
 
 @dataclass(frozen=True)
 class Settings:
-    """How to track; `camera` is the text of a camera.json."""
+    """How to track; texts of a camera.json and a faces.json."""
 
     camera: str | None = None
+    faces: str | None = None
     options: TrackOptions = field(default_factory=TrackOptions)
 
     @classmethod
     def of(cls, settings: Any, camera: str) -> "Settings":
         """What the panel says."""
         window = settings.window | 1 if settings.use_window else None
-        return cls(camera or None, TrackOptions(method=settings.method, points=settings.points, window=window))
+        return cls(camera or None, options=TrackOptions(method=settings.method, points=settings.points, window=window))
 
 
 def shown(clip: Any, scene: Any) -> Footage:
@@ -73,7 +74,7 @@ def _tracked(source: Footage, settings: Settings) -> Work[Tracks]:
             frames = [str(Path(folder.name) / f"{frame.name}.png") for frame in source.frames]
         else:
             frames = [source.images[frame.index] for frame in source.frames]
-        return (yield from watch(track(frames, camera=settings.camera, options=settings.options)))
+        return (yield from watch(track(frames, camera=settings.camera, faces=settings.faces, options=settings.options)))
     finally:
         if folder is not None:
             folder.cleanup()

@@ -832,9 +832,7 @@ def match_pair(
     `options` or further keywords are those of :class:`MatchOptions`.
     """
 
-def find_faces(
-    frames: Sequence[Path], *, assets: Assets | Path, camera: Camera | str | None = None
-) -> Job[Faces]:
+def find_faces(frames: Sequence[Path], *, assets: Assets | Path, camera: Camera | str | None = None) -> Job[Faces]:
     """Find the face in image files, folders or videos.
 
     `camera` may be the text of its file; without it the focal length is estimated.
