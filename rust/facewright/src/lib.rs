@@ -1,15 +1,28 @@
 //! From frames of a turning head to a head that can be animated.
 //!
 //! # Entry points
-//! - [`FrameSet::open`], [`Assets::load`], [`reconstruct`]: the whole path; [`Reconstruction::write`] leaves its files.
-//! - [`calibrate`], [`board`], [`match_pair`], [`track`], [`solve_motion`], [`overlay`]: the other
-//!   commands of the `facewright` program.
-//! - [`calibration_picture`] draws a calibration, [`match_picture`] matches; they and [`board`] make a [`drawing`] in
-//!   millimetres, which is written as SVG, PDF or PNG.
+//! - [`FrameSet::open`], [`Assets::load`], [`reconstruct()`]: the whole path; [`Reconstruction::write`] leaves its files.
+//! - [`calibrate()`], [`pictures::board`], [`match_pair`], [`find_faces`], [`track()`], [`solve_motion`], [`overlay()`]: the other commands.
+//! - [`pictures`] draws calibrations, matches and boards, which [`write_drawing`] writes; [`program`] is the command line.
 //!
 //! # Order of work
-//! `frames` → `observe` → `faces` (landmark fit) → `clip` (choice of frames) → `track` → `solve` (motion, bundle) →
-//! `shape` (class, free deformation, eyes) → keys → `skin` (textures) → `result`. `paper` takes the paper's steps instead.
+//! faces → track → motion → shape → unseen → features → eyes → keys → texture → result: `rust/README.md` tells what each does and where.
+//!
+//! # Example
+//! ```no_run
+//! use facewright::{Assets, FrameSet, Given, ReconstructOptions, reconstruct};
+//! use geometry::Progress;
+//! use std::path::Path;
+//!
+//! # fn main() -> Result<(), facewright::FacewrightError> {
+//! let progress = Progress::new();
+//! let frames = FrameSet::open(&["clip".into()], &progress)?;
+//! let assets = Assets::load(&Assets::default_folder())?;
+//! let head = reconstruct(&frames, &assets, &Given::default(), &ReconstructOptions::default(), &progress)?;
+//! head.write(Path::new("out"))?;
+//! # Ok(())
+//! # }
+//! ```
 //!
 //! # Conventions
 //! Those of [`geometry`]. Options in, report out; nothing is written before everything has succeeded.

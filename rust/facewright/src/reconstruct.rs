@@ -83,11 +83,9 @@ pub fn reconstruct(
             let chosen = shape::choose(&clip, &motion)?;
             let measured = shape::measure(&clip, &clip.known, &motion, chosen, &options.size, &first)?;
             clock.lap("shape");
-            let is_own = given.tracks.is_none() && given.motion.is_none();
-            let measured = if is_own && !measured.points.is_empty() {
-                sharpen(&clip, measured, &motion, &options.size, &second)?
-            } else {
-                measured
+            let measured = match measured.points.is_empty() {
+                true => measured,
+                false => sharpen(&clip, measured, &motion, &options.size, &second)?,
             };
             clock.lap("sharpen");
             (measured, motion.scale)

@@ -58,6 +58,7 @@ impl Eyes<'_> {
             Some(before) => self.landmarker.follow(&picture, before)?,
             None => self.landmarker.find(&picture)?,
         };
+        let face = face.map(Face::rounded);
         let sharpness = face.as_ref().map_or(0.0, |face| sharpness(&picture, face));
         Ok(Look { face, rival, sharpness })
     }

@@ -191,6 +191,7 @@ impl PointMotion {
         let what = |key: &str| format!("the {key} of point {}", self.id);
         finite(&self.position, || what("position"))?;
         at_least_0(self.sigma_mm, || what("sigma_mm"))?;
+        finite(self.covariance_mm2.as_ref().map_or(&[], |entries| &entries[..]), || what("covariance_mm2"))?;
         at_least_0(self.reprojection_rms_px, || what("reprojection_rms_px"))
     }
 }

@@ -71,6 +71,16 @@ impl Face {
         (left - right).norm()
     }
 
+    /// The face as it is read from a file: whoever goes on from one does what was done at first.
+    pub fn rounded(mut self) -> Self {
+        self.points.iter_mut().for_each(|point| *point = point.map(rounded::round));
+        for iris in &mut self.irises {
+            iris.centre = iris.centre.map(rounded::round);
+            iris.eye_contour.iter_mut().for_each(|point| *point = point.map(rounded::round));
+        }
+        self
+    }
+
     /// Whether all its numbers may be those of a face; a sentence where they may not.
     ///
     /// # Errors

@@ -3,8 +3,12 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Deserializer, Serializer};
 
+/// A number as files have it.
+pub fn round(value: f64) -> f64 {
+    (1000.0 * value).round() / 1000.0
+}
+
 pub fn serialize<S: Serializer, const D: usize>(places: &[SVector<f64, D>], serializer: S) -> Result<S::Ok, S::Error> {
-    let round = |value: f64| (1000.0 * value).round() / 1000.0;
     serializer.collect_seq(places.iter().map(|place| place.iter().map(|v| round(*v)).collect::<Vec<f64>>()))
 }
 
