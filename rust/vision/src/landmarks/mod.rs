@@ -46,7 +46,7 @@ const SETTLED: Nearness = Nearness { shift: 0.05, growth: 1.08, turn: 0.08 };
 /// How far a followed face may move from frame to frame before we look for it anew.
 const SAME_PERSON: Nearness = Nearness { shift: 0.4, growth: 1.6, turn: 1.0 };
 
-/// A face: its points and irises. In files, places are rounded to a thousandth of a pixel.
+/// A face: its points and irises. In files, places are rounded to a ten-thousandth of a pixel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Face {
     /// 468 points: `u, v` pixels, and the depth in the same scale, growing away from the camera.
