@@ -38,9 +38,12 @@ def place(
     skin = objects.get(SKIN)
     for name, vertices, quads in head.parts:
         obj = objects.get(name)
-        if obj is None or len(obj.data.vertices) != vertices[1] - vertices[0]:
+        is_other = obj is not None and len(obj.data.vertices) != vertices[1] - vertices[0]
+        if obj is None or (is_other and name == SKIN):
             obj = _new_object(collection or scene.collection, name, skin)
             _build_mesh(obj.data, head, vertices, quads)
+        elif is_other:
+            _renew_mesh(obj, head, vertices, quads)
         look = LOOKS[name]
         if not obj.data.materials:
             obj.data.materials.append(material(look, pictures.get(look.name)))
@@ -99,6 +102,18 @@ def _build_mesh(mesh: bpy.types.Mesh, head: Reconstruction, vertices: tuple[int,
     generic = mesh.attributes.new("generic_position", "FLOAT_VECTOR", "POINT")
     generic.data.foreach_set("vector", to_blender(head.generic_positions[vertices[0] : vertices[1]]).ravel())
     mesh.validate()
+
+
+def _renew_mesh(obj: bpy.types.Object, head: Reconstruction, vertices: tuple[int, int], quads: tuple[int, int]) -> None:
+    """Give a part another mesh (the paper's eyes for eyeballs); the object and its materials stay."""
+    before, name = obj.data, obj.data.name
+    obj.data = bpy.data.meshes.new(name)
+    for look in before.materials:
+        obj.data.materials.append(look)
+    if before.users == 0:
+        bpy.data.meshes.remove(before)
+    obj.data.name = name
+    _build_mesh(obj.data, head, vertices, quads)
 
 
 def _set_shape(obj: bpy.types.Object, head: Reconstruction, vertices: tuple[int, int]) -> None:

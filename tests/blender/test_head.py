@@ -103,6 +103,25 @@ def test_a_second_run_updates_the_same_objects_and_keeps_animation(
     assert generic_face.data.shape_keys.animation_data.action is not None
 
 
+def test_a_part_of_another_number_of_vertices_gets_its_mesh_anew_in_the_same_object(
+    generic_face: bpy.types.Object, scene_head: ModuleType, engine: ModuleType
+) -> None:
+    parts = scene_head.part_objects(bpy.context.scene)
+    eye, look = parts["eye_left"], parts["eye_left"].data.materials[0]
+    count, name = len(eye.data.vertices), eye.data.name
+    eye.data = bpy.data.meshes.new("three")
+    eye.data.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
+    eye.data.materials.append(look)
+    eye.location.x = 0.25
+    bpy.data.meshes.remove(bpy.data.meshes[name])
+    scene_head.place(bpy.context.scene, engine.generic_head())
+    assert scene_head.part_objects(bpy.context.scene) == parts and "three" in eye.data.name
+    assert len(eye.data.vertices) == count and eye.location.x == 0.25 and eye.data.materials[0] == look
+    before = evaluated(eye)
+    generic_face.data.shape_keys.key_blocks["eyeLookUpLeft"].value = 1.0
+    assert np.abs(evaluated(eye) - before).max() > 1e-4
+
+
 def test_a_new_face_takes_the_parts_of_a_deleted_one(
     generic_face: bpy.types.Object, scene_head: ModuleType, engine: ModuleType
 ) -> None:
