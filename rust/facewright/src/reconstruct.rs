@@ -5,7 +5,7 @@ use crate::camera::starting_camera;
 use crate::clock::Clock;
 use crate::faces::{Clip, KnownHead, median};
 use crate::head::unseen::replace_unseen;
-use crate::head::{Measured, MeasuredFrame, eyes, features, paper, shape};
+use crate::head::{Measured, MeasuredFrame, eyes, features, paper, paper_eyes, shape};
 use crate::texture::{make_textures, plain};
 use crate::track::{Corners, track_head};
 use crate::{
@@ -117,13 +117,16 @@ pub fn reconstruct(
         points: measured.points.len(),
         landmarks68: landmarks.iter().map(|p| [p.x, p.y, p.z]).collect(),
         scale: if scale.measured { scale } else { Scale::of_eyes(options.size.interocular()) },
-        fit: fit_report(&clip, &measured, &eyes),
+        fit: fit_report(&clip, &measured, &eyes.fits),
         texture: skin.report,
         timings_s: clock.finish(),
         warnings: warnings(&clip, sourced.source, &measured, skin.warnings),
     };
     let mut result = Reconstruction::on(head, measured.positions, keys, report);
     (result.texture, result.eyes) = (skin.texture, skin.eyes);
+    if options.method == Method::Paper {
+        paper_eyes::put(&mut result, head, &eyes)?;
+    }
     Ok(result)
 }
 

@@ -6,8 +6,9 @@ use crate::{FacewrightError, Method, TextureReport};
 use geometry::{Progress, Transform, Vec2, Vec3};
 use head::{GenericHead, part};
 use image::{RgbImage, Rgba, RgbaImage, imageops};
+use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
-use texture::iris::{EyeColours, EyeView, measure, paint};
+use texture::iris::{EyeColours, EyeView, LIMBUS_ANGLE, measure, paint};
 use texture::{BakeOptions, Baked, Occluder, Surface, View, bake, choose_views};
 
 /// Frames that the texture is made of.
@@ -141,6 +142,13 @@ fn both_eyes(right: &EyeColours, left: &EyeColours) -> RgbaImage {
         imageops::replace(&mut picture, &paint(colours, EYE_SIZE, EYE_EQUATOR), x, 0);
     }
     picture
+}
+
+/// Where both eyes' picture shows a place: `side` 0 is the subject's left, `across` the way from the gaze in radii of the iris.
+pub fn eye_uv(side: usize, across: &Vec2) -> [f32; 2] {
+    let place = across * (LIMBUS_ANGLE / FRAC_PI_2 * EYE_EQUATOR / 2.0);
+    let middle = [0.75, 0.25][side];
+    [(middle + place.x / 2.0) as f32, (0.5 + place.y) as f32]
 }
 
 fn eye_views<'a>(clip: &'a Clip, pictures: &'a [(usize, Arc<RgbImage>)], side: usize) -> Vec<EyeView<'a>> {

@@ -3,7 +3,6 @@
 //! # Entry points
 //! - [`refine`]: a fitted head to its landmarks along the skin and to its cloud across it.
 //! - [`carry`]: any features, the general case.
-//! - [`paper_deform`]: the paper's own way, from the generic head.
 //!
 //! Smoothing is Gaussian process regression: a feature's variance over the variance expected of displacements. Where many
 //! features crowd, those nearest to one of the evenly spread centres are averaged first.
@@ -173,20 +172,6 @@ pub fn cloud_features(
     cloud.par_iter().filter_map(feature).collect()
 }
 
-/// The paper's way: the generic head, moved to the targets by a similarity, deformed by radial basis functions alone.
-///
-/// # Errors
-/// As for [`carry`].
-pub fn paper_deform(head: &GenericHead, features: &[Feature], options: &DeformOptions) -> Result<Carried, HeadError> {
-    let too_few = HeadError::Deform { features: features.len() };
-    let places: Vec<Vec3> = features.iter().map(|f| f.place(&head.positions)).collect();
-    let targets: Vec<Vec3> = features.iter().map(|f| f.target).collect();
-    let similarity = Similarity::fit(&places, &targets, None, true).ok_or(too_few)?;
-    let placed: Vec<Vec3> = head.positions.iter().map(|p| similarity.apply(p)).collect();
-    let far = DeformOptions { expected: 0.02, rest_distance: f64::INFINITY, ..*options };
-    carry(head, &placed, features, &far)
-}
-
 /// A centre of the warp: place, displacement, variance.
 type Centre = (Vec3, Vec3, f64);
 
@@ -350,23 +335,6 @@ mod tests {
         let back = head.skin().vertices.clone().filter(|&i| head.positions[i].z < -0.16);
         let largest = back.map(|i| (carried.positions[i] - head.positions[i]).norm()).fold(0.0, f64::max);
         assert!(largest < 0.003, "{largest}");
-    }
-
-    #[test]
-    fn paper_method_brings_the_generic_head_to_points_in_another_frame() {
-        let head = toy_head();
-        let rigid =
-            geometry::Transform::new(nalgebra::Rotation3::new(Vec3::new(0.0, 0.4, 0.1)), Vec3::new(0.1, 0.0, 0.3));
-        let there = Similarity { scale: 1.2, rigid };
-        let mut given = features(&head, 4, 0.0);
-        given.iter_mut().for_each(|f| f.target = there.apply(&f.target));
-        let carried = paper_deform(&head, &given, &DeformOptions::default()).unwrap();
-        let back: Vec<Vec3> = carried.positions.iter().map(|p| there.inverse().apply(p)).collect();
-        assert!(error(&head, &back) < 4e-4, "{}", error(&head, &back));
-        assert!(matches!(
-            paper_deform(&head, &given[..2], &DeformOptions::default()),
-            Err(HeadError::Deform { features: 2 })
-        ));
     }
 
     #[test]

@@ -4,8 +4,8 @@
 
 use end_to_end::{assets, clip};
 use facewright::{
-    Assets, CalibrateOptions, FrameReport, FrameSet, Given, ReconstructOptions, Reconstruction, Report, SourcedCamera,
-    calibrate, reconstruct,
+    Assets, CalibrateOptions, FrameReport, FrameSet, Given, Method, ReconstructOptions, Reconstruction, Report,
+    SourcedCamera, calibrate, reconstruct,
 };
 use geometry::{Progress, Similarity, Transform, Vec3, mesh};
 use head::surface::SkinSurface;
@@ -50,10 +50,14 @@ fn run(assets: &Assets, camera: SourcedCamera) -> Reconstruction {
 }
 
 fn run_on(folder: &Path, assets: &Assets, camera: SourcedCamera) -> Reconstruction {
+    run_by(Method::Default, folder, assets, camera)
+}
+
+fn run_by(method: Method, folder: &Path, assets: &Assets, camera: SourcedCamera) -> Reconstruction {
     let progress = Progress::new();
     let frames = FrameSet::open(&[folder.to_owned()], &progress).unwrap();
     let given = Given { camera: Some(camera), ..Given::default() };
-    let options = ReconstructOptions { texture_size: 512, ..ReconstructOptions::default() };
+    let options = ReconstructOptions { method, texture_size: 512, ..ReconstructOptions::default() };
     reconstruct(&frames, assets, &given, &options, &progress).unwrap()
 }
 
@@ -226,6 +230,27 @@ fn the_glb_has_every_key_by_name() {
     for name in ["eyeBlinkLeft", "jawOpen", "tongueOut", "viseme_sil", "viseme_U"] {
         assert!(names.contains(&name), "{name}");
     }
+}
+
+#[test]
+fn the_papers_method_writes_eyes_of_sixty_triangles_that_the_lids_take_along() {
+    let head = run_by(Method::Paper, &clip().join("frames"), &FILM.assets, FILM.camera);
+    let glb = gltf::Gltf::from_slice(&head.glb().unwrap()).unwrap();
+    for name in ["eye_left", "eye_right"] {
+        let mesh = glb.nodes().find(|n| n.name() == Some(name)).unwrap().mesh().unwrap();
+        assert_eq!(mesh.primitives().next().unwrap().indices().unwrap().count(), 3 * 60);
+    }
+    for part in &head.parts {
+        assert!(head.quads[part.quads.clone()].iter().flatten().all(|&v| part.vertices.contains(&(v as usize))));
+    }
+    let before = &FILM.assets.head;
+    assert_eq!(head.parts[0], before.parts[0]);
+    assert_eq!(head.positions.len() + before.parts[1].vertices.len() * 2, before.positions.len() + 100);
+    let blink = head.keys.iter().find(|k| k.name == "eyeBlinkLeft").unwrap();
+    assert!(blink.offsets.windows(2).all(|pair| pair[0].0 < pair[1].0));
+    let moves =
+        |part: usize| blink.offsets.iter().filter(|o| head.parts[part].vertices.contains(&(o.0 as usize))).count();
+    assert!((1..=24).contains(&moves(1)) && moves(2) == 0, "{} {}", moves(1), moves(2));
 }
 
 /// The widest gap of contact pairs with a key at 1, metres.

@@ -3,7 +3,7 @@
 use super::Measured;
 use crate::FacewrightError;
 use crate::faces::{Clip, median, yaw_pitch};
-use geometry::Transform;
+use geometry::{Transform, Vec3};
 use head::eyes::{EyeFit, EyeOptions, IrisObservation, carry_parts, fit_eyes, place_eyes};
 use head::lips::close_lips;
 use motion::triangulate::triangulate;
@@ -11,15 +11,24 @@ use motion::triangulate::triangulate;
 /// Frames turned further than this do not tell where the gaze usually is, degrees.
 const FRONTAL_DEG: f64 = 12.0;
 
+/// Eyeballs, fitted and placed.
+pub struct Eyes {
+    /// Left one first.
+    pub fits: [EyeFit; 2],
+    /// All vertices before the hidden skin of the sockets was drawn onto the eyeballs.
+    pub open: Vec<Vec3>,
+}
+
 /// Closes the lips, fits the eyeballs and takes lashes, teeth and tongue along.
-pub fn finish(clip: &Clip, measured: &mut Measured) -> Result<[EyeFit; 2], FacewrightError> {
+pub fn finish(clip: &Clip, measured: &mut Measured) -> Result<Eyes, FacewrightError> {
     let irises = [0, 1].map(|side| iris_in_head(clip, measured, side));
     let (head, positions) = (clip.head, &mut measured.positions);
     close_lips(head, positions)?;
     carry_parts(head, positions)?;
-    let eyes = fit_eyes(head, positions, &irises, &EyeOptions::default())?;
-    place_eyes(head, positions, &eyes)?;
-    Ok(eyes)
+    let fits = fit_eyes(head, positions, &irises, &EyeOptions::default())?;
+    let open = positions.clone();
+    place_eyes(head, positions, &fits)?;
+    Ok(Eyes { fits, open })
 }
 
 /// Where an iris is in the head, from the frames in which the person looks at about the same place of the head's own

@@ -3,11 +3,12 @@
 //! - [`shape`]: from a motion's points and the landmarks, by the class of heads and a free deformation; [`paper`] is the paper's way
 //!   to the same.
 //! - [`unseen`]: what no frame measured; [`features`]: lips, lids and brows where the frames show them; [`eyes`]: lips closed, eyeballs
-//!   fitted.
+//!   fitted; [`paper_eyes`]: the paper's eyes instead.
 
 pub mod eyes;
 pub mod features;
 pub mod paper;
+pub mod paper_eyes;
 pub mod shape;
 pub mod unseen;
 

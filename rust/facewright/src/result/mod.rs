@@ -2,9 +2,11 @@
 
 mod glb;
 mod overlay;
+mod parts;
 mod report;
 
 pub use overlay::overlay;
+pub use parts::PartShape;
 pub use report::{FitReport, FrameReport, Report, Scale, TextureReport};
 
 use crate::FacewrightError;
@@ -15,12 +17,12 @@ use head::{GenericHead, Key, Part, part};
 use image::RgbaImage;
 use std::path::Path;
 
-/// A reconstructed head on the generic head's topology.
+/// A reconstructed head on the generic head's topology, but for the eyes of `--method paper`.
 #[derive(Clone, Debug)]
 pub struct Reconstruction {
-    /// The person at rest: all vertices of the generic head, head frame, metres.
+    /// The person at rest: all vertices, head frame, metres.
     pub positions: Vec<Vec3>,
-    /// The generic head's own vertices.
+    /// The same vertices on the generic head.
     pub generic_positions: Vec<Vec3>,
     /// Quads of all parts.
     pub quads: Vec<[u32; 4]>,
