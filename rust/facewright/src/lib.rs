@@ -20,6 +20,7 @@ mod calibrate;
 mod camera;
 mod clock;
 mod error;
+mod error_group;
 mod faces;
 mod files;
 mod formats;
@@ -29,6 +30,7 @@ mod head;
 mod method;
 mod motion;
 pub mod pictures;
+pub mod program;
 mod reconstruct;
 mod result;
 mod size;
@@ -36,8 +38,8 @@ mod texture;
 mod track;
 
 pub use self::calibrate::{
-    Bend, BoardImage, CalibrateOptions, CalibratedCamera, CalibratedRig, MountedCamera, RigInput, SeenCorner,
-    calibrate, calibrate_rig, undistort,
+    Bend, BoardImage, BoardOptions, CalibrateOptions, CalibratedCamera, CalibratedRig, Grid, Keep, MountedCamera,
+    RigInput, SeenCorner, UndistortOptions, calibrate, calibrate_rig, undistort,
 };
 pub use self::motion::{
     FrameMotion, HeadMotion, MotionOptions, PointMotion, RigTracks, Roughness, solve_motion, solve_motion_on_rig,
@@ -45,6 +47,7 @@ pub use self::motion::{
 pub use assets::Assets;
 pub use camera::{CameraFile, CameraSource, SourcedCamera};
 pub use error::FacewrightError;
+pub use error_group::ErrorGroup;
 pub use faces::{FaceFrame, Faces, Look, find_faces};
 pub use files::{check_folder, write_drawing, write_json, write_text};
 pub use formats::Schema;

@@ -1,9 +1,7 @@
 //! The `facewright` program.
 
-mod program;
-
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    program::run()
+    facewright::program::main()
 }

@@ -65,8 +65,11 @@ impl SizeOptions {
         self.interocular_mm.map(|mm| mm / 1000.0)
     }
 
-    /// Refuses a distance that no person has.
-    pub(crate) fn validate(&self) -> Result<(), FacewrightError> {
+    /// Refuses a distance that no person has, and a length that is none.
+    pub fn validate(&self) -> Result<(), FacewrightError> {
+        if self.lengths.iter().any(|known| !(known.length > 0.0 && known.length.is_finite())) {
+            return Err(FacewrightError::Option { name: "a measured length", expected: "longer than 0 mm" });
+        }
         if self.interocular_mm.is_some_and(|mm| !(40.0..=90.0).contains(&mm)) {
             return Err(FacewrightError::Option { name: "the distance between the eyes", expected: "40 to 90 mm" });
         }

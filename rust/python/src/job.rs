@@ -1,36 +1,50 @@
 //! Work on a thread of its own, polled from Python.
 
+use crate::error::{FacewrightError, raise};
+use crate::files;
 use crate::reconstruction::Reconstruction;
-use crate::{FacewrightError, files, raise};
 use facewright::FacewrightError as CoreError;
 use geometry::{Progress, ProgressSnapshot};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use serde::Serialize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, PoisonError};
 use std::thread::JoinHandle;
 
 /// What a job makes.
 pub enum Output {
-    /// A calibrated camera.
-    Camera(Box<facewright::CalibratedCamera>),
+    /// JSON.
+    Text(String),
+    /// A camera.
+    Camera(Box<facewright::CameraFile>),
     /// Calibrated cameras and where they stand.
     Rig(Box<facewright::CalibratedRig>),
     /// Points of a face in many frames.
     Tracks(Box<facewright::Tracks>),
     /// The pose of a head in every frame.
     Motion(Box<facewright::HeadMotion>),
+    /// Names of frames.
+    Names(Vec<String>),
     /// A head.
     Head(Box<facewright::Reconstruction>),
 }
 
 impl Output {
+    /// A value as JSON.
+    pub fn json(value: &impl Serialize) -> Self {
+        // Our own types have string keys and finite numbers: serialisation cannot fail.
+        Self::Text(serde_json::to_string(value).unwrap_or_default())
+    }
+
     fn into_python(self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         Ok(match self {
-            Self::Camera(camera) => Py::new(py, files::Camera::calibrated(*camera))?.into_any(),
+            Self::Text(text) => text.into_pyobject(py)?.into_any().unbind(),
+            Self::Camera(camera) => Py::new(py, files::Camera::new(*camera))?.into_any(),
             Self::Rig(rig) => Py::new(py, files::Rig::new(*rig))?.into_any(),
             Self::Tracks(tracks) => Py::new(py, files::Tracks::new(*tracks))?.into_any(),
             Self::Motion(motion) => Py::new(py, files::Motion::new(*motion))?.into_any(),
+            Self::Names(names) => names.into_pyobject(py)?.into_any().unbind(),
             Self::Head(head) => Py::new(py, Reconstruction::new(*head))?.into_any(),
         })
     }
@@ -38,7 +52,7 @@ impl Output {
 
 type Outcome = Result<Output, CoreError>;
 
-/// A running or finished job. The worker owns its input and never touches Python.
+/// Work on a thread of its own, which never touches Python. Dropping the job cancels it.
 #[pyclass(frozen, module = "facewright", generic)]
 pub struct Job {
     progress: Progress,
@@ -63,20 +77,26 @@ impl Job {
 
 #[pymethods]
 impl Job {
+    /// Name of the present stage, the part of the whole work that is done, 0 to 1, and seconds left.
+    ///
+    /// The part never falls; the seconds are None as long as the work so far tells nothing of them.
     fn progress(&self) -> (String, f64, Option<f64>) {
         let ProgressSnapshot { stage, fraction, remaining_s } = self.progress.snapshot();
         (stage, fraction, remaining_s)
     }
 
+    /// Whether result() returns at once.
     fn finished(&self) -> bool {
         let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner);
         thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
+    /// Asks the work to stop; it does within a fraction of a second.
     fn cancel(&self) {
         self.progress.cancel();
     }
 
+    /// Waits for the result. Raises FacewrightError, or Cancelled. Call once.
     fn result(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let thread = self.take().ok_or_else(|| PyRuntimeError::new_err("the result was taken already"))?;
         let outcome = py.detach(|| thread.join().ok().flatten());

@@ -67,10 +67,9 @@ fn the_stereo_cameras_stand_where_another_implementation_puts_them() {
 #[test]
 fn separate_squares_on_curled_paper_give_the_webcam_too() {
     let Some(folder) = photographs("sony-mono-squares") else { return };
-    let options = facewright::CalibrateOptions {
-        boards: vec![Board::squares(3, 4, 0.03, 1.0)],
-        ..facewright::CalibrateOptions::default()
-    };
+    let squares = Some(facewright::Grid { columns: 3, rows: 4 });
+    let board = facewright::BoardOptions { squares, square_mm: 30.0, ..facewright::BoardOptions::default() };
+    let options = facewright::CalibrateOptions { board, ..facewright::CalibrateOptions::default() };
     let progress = Progress::new();
     let found = facewright::calibrate(&FrameSet::open(&[folder], &progress).unwrap(), &options, &progress).unwrap();
     assert!(found.images.iter().all(|image| image.used));

@@ -7,62 +7,79 @@
 //! The board is looked for in every picture ([`detection`]); of a film, pictures that differ are taken ([`choice`]); the
 //! camera is `motion::calibrate`'s.
 
+mod board;
 mod choice;
 mod detection;
 mod rig;
 mod undistort;
 mod valid;
 
+pub use board::{BoardOptions, Grid};
 pub use rig::{CalibratedRig, MountedCamera, RigInput, calibrate_rig};
-pub use undistort::undistort;
+pub use undistort::{Keep, UndistortOptions, undistort};
 
 use crate::{CameraSource, FacewrightError, FrameSet, Schema, SourcedCamera};
+use clap::{Args, ValueEnum};
 use detection::Detection;
 use geometry::{Board, Progress, Transform};
 use motion::calibrate::{BoardBend, BoardView, CalibrateWarning, Calibration, CameraDeviations, ViewFit};
 use serde::{Deserialize, Serialize};
 
+/// Times of the steps of a calibration, in parts: boards are looked for, the camera is solved for.
+const PARTS: [f64; 2] = [0.7, 0.3];
+
 /// Whether to solve for a bend of the board.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "lowercase")]
 pub enum Bend {
-    /// The board is flat; a clear bend is warned of.
+    /// The board is taken to be flat; a clear bend is warned of
     Never,
-    /// The board is flat, unless a camera that allows for a bend predicts each picture better that was left out.
+    /// Where that predicts each picture better that was left out
     #[default]
     Judged,
-    /// The board may be bent.
+    /// In any case
     Always,
 }
 
 /// The board that was filmed, and the model of the lens.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
 pub struct CalibrateOptions {
-    /// The boards that a picture may show.
-    pub boards: Vec<Board>,
-    /// Whether both focal lengths are equal.
-    pub square_pixels: bool,
-    /// Radial terms, 0 to 3; the paper has `k1, k2`.
-    pub distortion_terms: usize,
-    /// Whether to solve for the tangential terms `p1, p2`.
+    /// The board.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub board: BoardOptions,
+    /// Radial distortion terms, 0 to 3
+    #[arg(long, default_value_t = Self::default().distortion_terms, value_parser = clap::value_parser!(u8).range(0..=3))]
+    pub distortion_terms: u8,
+    /// Solve for tangential distortion too
+    #[arg(long)]
     pub tangential: bool,
-    /// Whether to solve for a bend of the board. A rig's is solved for only where that is asked for always.
+    /// One focal length for both directions
+    #[arg(long)]
+    pub square_pixels: bool,
+    /// When to solve for a board that is not flat; a rig's only always
+    #[arg(long, value_enum, default_value_t)]
     pub bend: Bend,
 }
 
 impl Default for CalibrateOptions {
     /// The paper's board and lens.
     fn default() -> Self {
-        let boards = vec![Board::checkerboard(9, 6, 0.0255)];
-        Self { boards, square_pixels: false, distortion_terms: 2, tangential: false, bend: Bend::default() }
+        Self {
+            board: BoardOptions::default(),
+            distortion_terms: 2,
+            tangential: false,
+            square_pixels: false,
+            bend: Bend::default(),
+        }
     }
 }
 
 impl CalibrateOptions {
-    fn check(&self) -> Result<(), FacewrightError> {
-        let positive = |b: &Board| b.square > 0.0 && b.square.is_finite();
-        if !self.boards.iter().all(positive) {
-            return Err(FacewrightError::Option { name: "the board's square", expected: "longer than 0 mm" });
-        }
+    /// Refuses what cannot be.
+    pub fn validate(&self) -> Result<(), FacewrightError> {
+        self.board.validate()?;
         if self.distortion_terms > 3 {
             return Err(FacewrightError::Option { name: "the number of distortion terms", expected: "0 to 3" });
         }
@@ -70,8 +87,8 @@ impl CalibrateOptions {
     }
 
     fn model(&self) -> motion::calibrate::CalibrateOptions {
-        let Self { square_pixels, distortion_terms, tangential, .. } = *self;
-        let bend = self.bend == Bend::Always;
+        let Self { square_pixels, tangential, .. } = *self;
+        let (distortion_terms, bend) = (usize::from(self.distortion_terms), self.bend == Bend::Always);
         motion::calibrate::CalibrateOptions { square_pixels, distortion_terms, tangential, bend, ..Default::default() }
     }
 }
@@ -142,15 +159,17 @@ pub fn calibrate(
     options: &CalibrateOptions,
     progress: &Progress,
 ) -> Result<CalibratedCamera, FacewrightError> {
-    options.check()?;
-    let detections = detection::detect_all(pictures, &options.boards, progress)?;
-    let used = choice::choose(&detections, &options.boards, (pictures.width, pictures.height));
-    let views: Vec<BoardView> = used.iter().filter_map(|&i| view(&detections[i], &options.boards)).collect();
+    options.validate()?;
+    let boards = options.board.boards();
+    let [looking, solving] = progress.split(&PARTS);
+    let detections = detection::detect_all(pictures, &boards, &looking)?;
+    let used = choice::choose(&detections, &boards, (pictures.width, pictures.height));
+    let views: Vec<BoardView> = used.iter().filter_map(|&i| view(&detections[i], &boards)).collect();
     if views.len() < 3 {
         let hint = detections.iter().find_map(|d| d.as_ref().err()).map_or(String::new(), ToString::to_string);
         return Err(FacewrightError::TooFewBoards { found: views.len(), pictures: pictures.len(), hint });
     }
-    progress.stage("calibrate")?;
+    solving.stage("calibrate")?;
     let shown = |i: &usize| detections[*i].as_ref().ok().map(|found| found.board);
     let one_board = used.windows(2).all(|pair| shown(&pair[0]) == shown(&pair[1]));
     let (solved, allowed_for) = solve(&views, pictures, options, one_board)?;
@@ -166,7 +185,7 @@ pub fn calibrate(
         hold_out_rms_px: solved.hold_out_rms_px,
         deviations: solved.deviations,
         bend: solved.bend,
-        boards: options.boards.clone(),
+        boards,
         images,
         warnings: solved.warnings.iter().map(|w| sentence(w, name)).chain(allowed_for).collect(),
     })

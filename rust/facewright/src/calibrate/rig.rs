@@ -1,7 +1,7 @@
 //! Several cameras that saw one board at the same moments.
 
 use super::detection::{Detection, detect_all};
-use super::{BoardImage, CalibrateOptions, CalibratedCamera, fill, images, view};
+use super::{BoardImage, CalibrateOptions, CalibratedCamera, PARTS, fill, images, view};
 use crate::formats;
 use crate::{CameraSource, FacewrightError, FrameSet, Schema, SourcedCamera};
 use geometry::Progress;
@@ -92,12 +92,12 @@ pub fn calibrate_rig(
     options: &CalibrateOptions,
     progress: &Progress,
 ) -> Result<CalibratedRig, FacewrightError> {
-    options.check()?;
-    let [board] = options.boards[..] else {
-        return Err(FacewrightError::Option { name: "the board of a rig", expected: "one board of one size" });
-    };
-    let found: Vec<Vec<Detection>> =
-        cameras.iter().map(|c| detect_all(&c.pictures, &[board], progress)).collect::<Result<_, _>>()?;
+    options.validate()?;
+    let board = options.board.board()?;
+    let [looking, solving] = progress.split(&PARTS);
+    let parts = looking.split_evenly(cameras.len());
+    let look = |(camera, part): (&RigInput, _)| detect_all(&camera.pictures, &[board], part);
+    let found: Vec<Vec<Detection>> = cameras.iter().zip(&parts).map(look).collect::<Result<_, _>>()?;
     let moments = moments(cameras)?;
     let at = |camera: usize, moment: &[Option<usize>]| view(&found[camera][moment[camera]?], &[board]);
     let seen = |camera: usize| RigCamera {
@@ -109,7 +109,7 @@ pub fn calibrate_rig(
     // Every order must be certain for the board's symmetry not to matter.
     let oriented = found.iter().flatten().flatten().all(|d| d.oriented);
     let symmetry = if oriented { BoardSymmetry::none() } else { BoardSymmetry::of(&board) };
-    progress.stage("calibrate")?;
+    solving.stage("calibrate")?;
     let solved = solve(&seen, &symmetry, &options.model())?;
     let warnings = solved.warnings.iter().map(|w| sentence(w, cameras, &moments)).collect();
     let mounted = (0..cameras.len()).map(|k| {
@@ -184,7 +184,7 @@ fn mounted(name: &str, solved: &Rig, k: usize, images: Vec<BoardImage>, options:
         hold_out_rms_px: hold_out(&images),
         deviations: camera.deviations,
         bend: solved.bend,
-        boards: options.boards.clone(),
+        boards: options.board.boards(),
         images,
         warnings: Vec::new(),
     };

@@ -2,23 +2,57 @@
 
 use crate::camera::starting_camera;
 use crate::{FacewrightError, FrameSet, SourcedCamera, write_json};
+use clap::{Args, ValueEnum};
 use geometry::{Pinhole, PixelMap, Progress};
 use image::{Rgb, RgbImage};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Which part of a picture is kept when its distortion is taken out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Keep {
+    /// The same focal lengths and principal point
+    #[default]
+    SameFocal,
+    /// Every pixel of the filmed picture, with empty corners
+    AllPixels,
+    /// The largest rectangle without empty pixels
+    NoEmptyPixels,
+}
+
+impl From<Keep> for Pinhole {
+    fn from(keep: Keep) -> Self {
+        match keep {
+            Keep::SameFocal => Self::SameFocal,
+            Keep::AllPixels => Self::AllPixels,
+            Keep::NoEmptyPixels => Self::NoEmptyPixels,
+        }
+    }
+}
+
+/// How [`undistort`] works.
+#[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
+pub struct UndistortOptions {
+    /// Which part of the picture is kept
+    #[arg(long, value_enum, default_value_t)]
+    pub keep: Keep,
+}
 
 /// Writes each picture as PNG under its name, as a pinhole camera would have taken it, and that camera as `camera.json`; the
 /// camera is returned. Where the lens shows nothing, pixels are black.
 pub fn undistort(
     pictures: &FrameSet,
     camera: &SourcedCamera,
-    keep: Pinhole,
+    options: &UndistortOptions,
     folder: &Path,
     progress: &Progress,
 ) -> Result<SourcedCamera, FacewrightError> {
     let lens = starting_camera(pictures, Some(camera))?.camera;
-    let pinhole = lens.pinhole(keep);
+    let pinhole = lens.pinhole(options.keep.into());
     let map = lens.undistortion_map(&pinhole);
     let write_error = |path: &Path, reason: String| FacewrightError::Write { path: path.to_owned(), reason };
     std::fs::create_dir_all(folder).map_err(|e| write_error(folder, e.to_string()))?;

@@ -1,98 +1,86 @@
-//! The commands about cameras: `calibrate`, alone and for rigs, and `undistort`.
+//! `facewright calibrate`, for one camera and for rigs.
 
-use super::commands::Summary;
-use super::{BoardArguments, Command, LensArguments};
-use drawing::{DPI, Format};
-use facewright::pictures::calibration::{of_camera, of_rig};
-use facewright::{
-    CalibrateOptions, CalibratedCamera, FacewrightError, FrameSet, RigInput, SourcedCamera, calibrate, calibrate_rig,
-    check_folder, undistort, write_drawing, write_json,
+use super::inputs::{check_output, open};
+use super::summary::{Summary, listed};
+use crate::pictures::calibration::{of_camera, of_rig};
+use crate::{
+    CalibrateOptions, CalibratedCamera, CalibratedRig, FacewrightError, FrameSet, RigInput, calibrate, calibrate_rig,
+    write_drawing, write_json,
 };
+use clap::Args;
+use drawing::{DPI, Format};
 use geometry::Progress;
+use serde::Serialize;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Runs `calibrate` or `undistort`.
-pub fn execute(command: &Command, progress: &Progress) -> Result<Summary, FacewrightError> {
-    match command {
-        Command::Calibrate { pictures, rig, board, lens, output, picture } => {
-            // Another kind of picture is refused before the work, not after it.
-            picture.as_deref().map(Format::of).transpose()?;
-            let options = options(board, lens);
-            let file = |name: &str| output.clone().unwrap_or_else(|| name.into());
-            if rig.is_empty() {
-                one(pictures, &options, &file("camera.json"), picture.as_deref(), progress)
-            } else {
-                several(rig, &options, &file("rig.json"), picture.as_deref(), progress)
-            }
-        }
-        Command::Undistort { pictures, camera, keep, output } => {
-            check_folder(output)?;
-            let camera = SourcedCamera::read(camera)?;
-            let frames = FrameSet::open(pictures, progress)?;
-            let pinhole = undistort(&frames, &camera, (*keep).into(), output, progress)?;
-            let text = format!("{} pictures without distortion in {}", frames.len(), output.display());
-            Ok(Summary { text, json: json!(pinhole) })
-        }
-        _ => Err(FacewrightError::Option { name: "the command", expected: "calibrate or undistort" }),
+/// Times of the steps with a rig, in parts: the pictures are opened, then calibrated from.
+const PARTS: [f64; 2] = [0.03, 0.97];
+
+/// Calibrates a camera, or a rig of several, from pictures of a board
+#[derive(Clone, Debug, Args, Serialize)]
+pub struct CalibrateCommand {
+    /// Board pictures, folders of them, patterns like `left*.jpg`, or a video
+    #[arg(required_unless_present = "rig")]
+    pictures: Vec<PathBuf>,
+    /// Cameras that saw the board at the same moments, each with its pictures: left=DIR right=DIR
+    #[arg(long, num_args = 2.., value_name = "NAME=PICTURES", value_parser = named, conflicts_with = "pictures")]
+    rig: Vec<(String, PathBuf)>,
+    /// The board and the lens.
+    #[command(flatten)]
+    pub options: CalibrateOptions,
+    /// Camera file to write (default: camera.json, or rig.json)
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+    /// Picture of boards, corners and errors to write: SVG, PDF or PNG
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
+}
+
+impl CalibrateCommand {
+    pub(super) fn run(&self, progress: &Progress) -> Result<Summary, FacewrightError> {
+        // Another kind of picture is refused before the work, not after it.
+        self.picture.as_deref().map(Format::of).transpose()?;
+        let usual = if self.rig.is_empty() { "camera.json" } else { "rig.json" };
+        let output = self.output.clone().unwrap_or_else(|| usual.into());
+        check_output(&output)?;
+        if self.rig.is_empty() { self.one(&output, progress) } else { self.several(&output, progress) }
+    }
+
+    fn one(&self, output: &Path, progress: &Progress) -> Result<Summary, FacewrightError> {
+        let (pictures, progress) = open(&self.pictures, progress)?;
+        let calibrated = calibrate(&pictures, &self.options, &progress)?;
+        self.picture.as_deref().map_or(Ok(()), |file| write_drawing(file, &of_camera(&calibrated), DPI))?;
+        write_json(output, &calibrated)?;
+        let text = format!("{}, in {}{}", numbers(&calibrated), output.display(), listed(&calibrated.warnings));
+        Ok(Summary { text, json: json!(calibrated) })
+    }
+
+    fn several(&self, output: &Path, progress: &Progress) -> Result<Summary, FacewrightError> {
+        let [opening, working] = progress.split(&PARTS);
+        let open = |(name, path): &(String, PathBuf)| {
+            let pictures = FrameSet::open(std::slice::from_ref(path), &opening)?;
+            Ok(RigInput { name: name.clone(), pictures })
+        };
+        let cameras: Vec<RigInput> = self.rig.iter().map(open).collect::<Result<_, FacewrightError>>()?;
+        let calibrated = calibrate_rig(&cameras, &self.options, &working)?;
+        self.picture.as_deref().map_or(Ok(()), |file| write_drawing(file, &of_rig(&calibrated), DPI))?;
+        write_json(output, &calibrated)?;
+        Ok(Summary { text: sentence(&calibrated, output), json: json!(calibrated) })
     }
 }
 
-fn options(board: &BoardArguments, lens: &LensArguments) -> CalibrateOptions {
-    CalibrateOptions {
-        boards: board.boards(),
-        square_pixels: lens.square_pixels,
-        distortion_terms: usize::from(lens.distortion_terms),
-        tangential: lens.tangential,
-        bend: lens.bend.into(),
-    }
-}
-
-fn one(
-    pictures: &[PathBuf],
-    options: &CalibrateOptions,
-    output: &Path,
-    drawn: Option<&Path>,
-    progress: &Progress,
-) -> Result<Summary, FacewrightError> {
-    let calibrated = calibrate(&FrameSet::open(pictures, progress)?, options, progress)?;
-    drawn.map_or(Ok(()), |file| write_drawing(file, &of_camera(&calibrated), DPI))?;
-    write_json(output, &calibrated)?;
-    let text = format!("{}, in {}{}", numbers(&calibrated), output.display(), listed(&calibrated.warnings));
-    Ok(Summary { text, json: json!(calibrated) })
-}
-
-fn several(
-    rig: &[(String, PathBuf)],
-    options: &CalibrateOptions,
-    output: &Path,
-    drawn: Option<&Path>,
-    progress: &Progress,
-) -> Result<Summary, FacewrightError> {
-    let open = |(name, path): &(String, PathBuf)| {
-        let pictures = FrameSet::open(std::slice::from_ref(path), progress)?;
-        Ok(RigInput { name: name.clone(), pictures })
-    };
-    let cameras: Vec<RigInput> = rig.iter().map(open).collect::<Result<_, FacewrightError>>()?;
-    let calibrated = calibrate_rig(&cameras, options, progress)?;
-    let each = calibrated.cameras.iter();
-    drawn.map_or(Ok(()), |file| write_drawing(file, &of_rig(&calibrated), DPI))?;
-    write_json(output, &calibrated)?;
-    let baseline = |k: usize| match &calibrated.cameras[k] {
+fn sentence(rig: &CalibratedRig, output: &Path) -> String {
+    let baseline = |k: usize| match &rig.cameras[k].mount {
         _ if k == 0 => String::new(),
-        c => {
-            format!(", {:.2} ± {:.2} mm from the first", 1000.0 * c.mount.baseline, 1000.0 * c.mount.baseline_deviation)
+        mount => {
+            format!(", {:.2} ± {:.2} mm from the first", 1000.0 * mount.baseline, 1000.0 * mount.baseline_deviation)
         }
     };
-    let lines: String =
-        each.enumerate().map(|(k, c)| format!("{}: {}{}\n", c.name, numbers(&c.calibrated), baseline(k))).collect();
-    let text = format!(
-        "{lines}reprojection {:.3} px, in {}{}",
-        calibrated.rms_px,
-        output.display(),
-        listed(&calibrated.warnings)
-    );
-    Ok(Summary { text, json: json!(calibrated) })
+    let line =
+        |(k, c): (usize, &crate::MountedCamera)| format!("{}: {}{}\n", c.name, numbers(&c.calibrated), baseline(k));
+    let lines: String = rig.cameras.iter().enumerate().map(line).collect();
+    format!("{lines}reprojection {:.3} px, in {}{}", rig.rms_px, output.display(), listed(&rig.warnings))
 }
 
 fn numbers(calibrated: &CalibratedCamera) -> String {
@@ -114,6 +102,7 @@ fn numbers(calibrated: &CalibratedCamera) -> String {
     )
 }
 
-fn listed(warnings: &[String]) -> String {
-    warnings.iter().map(|w| format!("\nwarning: {w}")).collect()
+fn named(text: &str) -> Result<(String, PathBuf), String> {
+    let parts = text.split_once('=').filter(|(name, path)| !name.is_empty() && !path.is_empty());
+    parts.map(|(name, path)| (name.to_owned(), path.into())).ok_or_else(|| "NAME=PICTURES, like left=DIR".to_owned())
 }

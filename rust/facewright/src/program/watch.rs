@@ -1,4 +1,4 @@
-//! Progress on standard error, and Ctrl-C.
+//! Progress on standard error.
 
 use geometry::Progress;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -8,29 +8,18 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 /// A thread that shows a job's progress.
-pub struct Watch {
-    progress: Progress,
+pub(super) struct Watch {
     done: Arc<AtomicBool>,
     thread: JoinHandle<()>,
 }
 
 impl Watch {
-    /// Begins to watch; Ctrl-C cancels the job.
-    pub fn start(visible: bool) -> Self {
-        let progress = Progress::new();
-        let cancelled = progress.clone();
-        if let Err(error) = ctrlc::set_handler(move || cancelled.cancel()) {
-            tracing::warn!("Ctrl-C will not stop cleanly: {error}");
-        }
+    /// Begins to watch.
+    pub fn start(progress: &Progress, visible: bool) -> Self {
         let done = Arc::new(AtomicBool::new(false));
         let (watched, ended) = (progress.clone(), done.clone());
         let thread = std::thread::spawn(move || show(&watched, &ended, visible));
-        Self { progress, done, thread }
-    }
-
-    /// The handle to compute with.
-    pub fn progress(&self) -> &Progress {
-        &self.progress
+        Self { done, thread }
     }
 
     /// Ends the display.

@@ -3,6 +3,7 @@
 use crate::faces::{TrackedSkin, observation};
 use crate::track::{Anchors, Scene, Search, SearchOptions, Seed, Sighting, Surface, View, seeds};
 use crate::{Assets, CameraSource, FacewrightError, FrameSet, Method, Schema, SourcedCamera, camera::starting_camera};
+use clap::{ArgAction, Args};
 use geometry::{Camera, Progress, Vec2};
 use head::fit::{FitOptions, FrameObservation, fit_landmarks};
 use image::GrayImage;
@@ -20,19 +21,26 @@ const PAPER_CORNERS: usize = 66;
 pub(crate) const PAPER_WINDOW: usize = 7;
 
 /// How two frames are matched.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
 pub struct MatchOptions {
-    /// Chain of steps.
+    /// Chain of steps
+    #[arg(long, value_enum, default_value_t)]
     pub method: Method,
-    /// Window of the tracker, odd pixels; the paper's best (7), or in proportion to the face, unless given.
-    pub window: Option<usize>,
-    /// Pyramid levels of the tracker; four for the paper's, two where the head predicts the matches, unless given.
-    pub levels: Option<usize>,
-    /// Corners at most.
+    /// Corners at most
+    #[arg(long, default_value_t = Self::default().points)]
     pub points: usize,
-    /// Search matches again that contradict their neighbours.
+    /// Window of the tracker, pixels, odd (default: 7 for the paper's method, else in proportion to the face)
+    #[arg(long)]
+    pub window: Option<usize>,
+    /// Pyramid levels of the tracker (default: 4 for the paper's method, else 2)
+    #[arg(long)]
+    pub levels: Option<usize>,
+    /// Leave the matches as the tracker found them
+    #[arg(long = "no-correction", action = ArgAction::SetFalse)]
     pub correct: bool,
-    /// A match must lie within this of its epipolar line, pixels.
+    /// Farthest that a kept match may lie from its epipolar line, pixels; only with the default method
+    #[arg(long, default_value_t = Self::default().epipolar_px)]
     pub epipolar_px: f64,
 }
 

@@ -1,17 +1,117 @@
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from os import PathLike
-from typing import Generic, Literal, TypeVar
+from typing import Any, Generic, Literal, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 T = TypeVar("T")
+Path = str | PathLike[str]
+Method = Literal["default", "paper"]
+Grid = tuple[int, int]
 
-class FacewrightError(Exception):
-    """A sentence that says what is wrong and what to do. Nothing was written or changed."""
+# Options are no dataclasses, but are made, read and compared like frozen ones. Each has `replace(**fields)`.
 
-class Cancelled(FacewrightError):
-    """The job was cancelled."""
+class _Options:
+    def replace(self, **fields: Any) -> Self:
+        """The same options with these replaced."""
+
+@dataclass(frozen=True, kw_only=True)
+class BoardOptions(_Options):
+    """A board that is filmed: a checkerboard of inner corners (columns, rows), or separate black squares."""
+
+    inner: Grid | Sequence[Grid] = ((9, 6),)
+    squares: Grid | None = None
+    gap_mm: float | None = None
+    square_mm: float = 25.5
+
+@dataclass(frozen=True, kw_only=True)
+class SheetOptions(BoardOptions):
+    """What :func:`save_board` prints, and on what."""
+
+    page: Literal["A4", "A3", "Letter"] = "A4"
+    mark: bool = True
+    dpi: float = 300.0
+
+@dataclass(frozen=True, kw_only=True)
+class CalibrateOptions(BoardOptions):
+    """The board that was filmed, and the model of the lens."""
+
+    distortion_terms: int = 2
+    tangential: bool = False
+    square_pixels: bool = False
+    bend: Literal["never", "judged", "always"] = "judged"
+
+@dataclass(frozen=True, kw_only=True)
+class UndistortOptions(_Options):
+    """How :func:`undistort` works."""
+
+    keep: Literal["same-focal", "all-pixels", "no-empty-pixels"] = "same-focal"
+
+@dataclass(frozen=True, kw_only=True)
+class MatchOptions(_Options):
+    """How :func:`match_pair` works."""
+
+    method: Method = "default"
+    points: int = 66
+    window: int | None = None
+    levels: int | None = None
+    correct: bool = True
+    epipolar_px: float = 1.0
+
+@dataclass(frozen=True, kw_only=True)
+class TrackOptions(_Options):
+    """How :func:`track` works."""
+
+    method: Method = "default"
+    points: int = 200
+    window: int | None = None
+    from_: str | None = None
+
+@dataclass(frozen=True, kw_only=True)
+class MotionOptions(_Options):
+    """How :func:`motion` works."""
+
+    interocular_mm: float | None = None
+    lengths: Sequence[tuple[int, int, float]] = ()
+
+@dataclass(frozen=True, kw_only=True)
+class ReconstructOptions(MotionOptions):
+    """How :func:`reconstruct` works."""
+
+    method: Method = "default"
+    texture_size: int = 2048
+
+class Assets:
+    """The generic head and the landmark nets of a folder, read when a job first needs them and kept for all others.
+
+    It is taken wherever `assets=` is, from any thread.
+    """
+
+    def __init__(self, folder: Path) -> None: ...
+    @property
+    def folder(self) -> str:
+        """The folder of generic_head.safetensors.gz and nets/."""
+
+class Command:
+    """A command line that was read: the command's word, its files and options."""
+
+    @property
+    def name(self) -> str:
+        """The command's word, like "track"."""
+    @property
+    def files(self) -> dict[str, Any]:
+        """What it reads and writes, by the names that the help has: paths as text, None where nothing was given."""
+    @property
+    def options(self) -> Any:
+        """Its options, of the class that the function of the same name takes; None where it has none."""
+    @property
+    def assets(self) -> str | None:
+        """Folder of the assets, where one was given."""
+    @property
+    def json(self) -> bool:
+        """Whether the result shall be printed as JSON."""
 
 class Job(Generic[T]):
     """Work on a thread of its own. Dropping the job cancels it."""
@@ -29,7 +129,7 @@ class Job(Generic[T]):
         """Ask the work to stop; it does within a fraction of a second."""
 
     def result(self) -> T:
-        """Wait for the result. Raises :class:`FacewrightError`, or :class:`Cancelled`. Call once."""
+        """Wait for the result. Raises `FacewrightError`, or `Cancelled`. Call once."""
 
 class Reconstruction:
     """A head on the generic head's topology; head frame (x the subject's left, y up, z out of the face), metres."""
@@ -79,9 +179,9 @@ class Camera:
     def parse(text: str) -> Camera:
         """Read the text of a camera.json; raises :class:`FacewrightError` with what is wrong."""
     @staticmethod
-    def read(path: str | PathLike[str]) -> Camera:
+    def read(path: Path) -> Camera:
         """Read a camera.json; raises :class:`FacewrightError` with what is wrong."""
-    def write(self, path: str | PathLike[str]) -> None:
+    def write(self, path: Path) -> None:
         """Write a camera.json, whole or not at all."""
     def to_json(self) -> str:
         """The text of a camera.json, in one line."""
@@ -222,9 +322,9 @@ class Rig:
     def parse(text: str) -> Rig:
         """Read the text of a rig.json; raises :class:`FacewrightError` with what is wrong."""
     @staticmethod
-    def read(path: str | PathLike[str]) -> Rig:
+    def read(path: Path) -> Rig:
         """Read a rig.json; raises :class:`FacewrightError` with what is wrong."""
-    def write(self, path: str | PathLike[str]) -> None:
+    def write(self, path: Path) -> None:
         """Write a rig.json, whole or not at all."""
     def to_json(self) -> str:
         """The text of a rig.json, in one line."""
@@ -284,9 +384,9 @@ class Tracks:
     def parse(text: str) -> Tracks:
         """Read the text of a tracks.json; raises :class:`FacewrightError` with what is wrong."""
     @staticmethod
-    def read(path: str | PathLike[str]) -> Tracks:
+    def read(path: Path) -> Tracks:
         """Read a tracks.json; raises :class:`FacewrightError` with what is wrong."""
-    def write(self, path: str | PathLike[str]) -> None:
+    def write(self, path: Path) -> None:
         """Write a tracks.json, whole or not at all."""
     def to_json(self) -> str:
         """The text of a tracks.json, in one line."""
@@ -298,7 +398,7 @@ class Tracks:
     def version(self) -> str:
         """Version of Facewright."""
     @property
-    def method(self) -> Literal["default", "paper"]:
+    def method(self) -> Method:
         """How they were tracked."""
     @property
     def camera(self) -> Camera:
@@ -396,9 +496,9 @@ class Motion:
     def parse(text: str) -> Motion:
         """Read the text of a motion.json; raises :class:`FacewrightError` with what is wrong."""
     @staticmethod
-    def read(path: str | PathLike[str]) -> Motion:
+    def read(path: Path) -> Motion:
         """Read a motion.json; raises :class:`FacewrightError` with what is wrong."""
-    def write(self, path: str | PathLike[str]) -> None:
+    def write(self, path: Path) -> None:
         """Write a motion.json, whole or not at all."""
     def to_json(self) -> str:
         """The text of a motion.json, in one line."""
@@ -406,7 +506,7 @@ class Motion:
     def version(self) -> str:
         """Version of Facewright."""
     @property
-    def method(self) -> Literal["default", "paper"]:
+    def method(self) -> Method:
         """How it was solved."""
     @property
     def camera(self) -> Camera:
@@ -516,9 +616,9 @@ class Report:
     def parse(text: str) -> Report:
         """Read the text of a report.json; raises :class:`FacewrightError` with what is wrong."""
     @staticmethod
-    def read(path: str | PathLike[str]) -> Report:
+    def read(path: Path) -> Report:
         """Read a report.json; raises :class:`FacewrightError` with what is wrong."""
-    def write(self, path: str | PathLike[str]) -> None:
+    def write(self, path: Path) -> None:
         """Write a report.json, whole or not at all."""
     def to_json(self) -> str:
         """The text of a report.json, in one line."""
@@ -526,7 +626,7 @@ class Report:
     def version(self) -> str:
         """Version of Facewright."""
     @property
-    def method(self) -> Literal["default", "paper"]:
+    def method(self) -> Method:
         """Chain of steps."""
     @property
     def camera(self) -> Camera:
@@ -623,118 +723,141 @@ class TextureReport:
 def version() -> str:
     """Version of the library."""
 
-def save_board(
-    path: str,
-    *,
-    inner: tuple[int, int] = (9, 6),
-    squares: tuple[int, int] | None = None,
-    gap_mm: float | None = None,
-    square_mm: float = 25.5,
-    page: Literal["A4", "A3", "Letter"] = "A4",
-    mark: bool = True,
-    dpi: float = 300.0,
-) -> None:
+def check_folder(folder: Path) -> None:
+    """Raise `OutputError` when a result folder cannot be written; nothing is left behind."""
+
+def save_board(path: Path, *, options: SheetOptions | None = None, **fields: Any) -> None:
     """Write a board to print as the SVG, PDF or PNG that the path's extension says, exact at 100 % print scale.
 
-    It is a checkerboard of `inner` corners (columns, rows), or black `squares` with `gap_mm` (default: their side)
-    between them. `mark` puts a white disc into the first black square, which tells which way up the board is.
+    `options` or further keywords are those of :class:`SheetOptions`: the board, the page, the mark.
     """
 
-def check_folder(folder: str) -> None:
-    """Raise :class:`FacewrightError` when a result folder cannot be written; nothing is left behind."""
-
 def calibrate(
-    pictures: Sequence[str],
+    pictures: Sequence[Path],
     *,
-    inner: tuple[int, int] = (9, 6),
-    squares: tuple[int, int] | None = None,
-    gap_mm: float | None = None,
-    square_mm: float = 25.5,
-    distortion_terms: int = 2,
-    tangential: bool = False,
-    square_pixels: bool = False,
-    bend: Literal["never", "judged", "always"] = "judged",
-    picture: str | None = None,
+    picture: Path | None = None,
+    options: CalibrateOptions | None = None,
+    **fields: Any,
 ) -> Job[Camera]:
     """Calibrate a camera from image files, folders or videos of a board.
 
-    The board is described as for :func:`save_board`. The result is also drawn into `picture`, as by
+    `options` or further keywords are those of :class:`CalibrateOptions`. The result is also drawn into `picture`, as by
     :func:`save_calibration_picture`.
     """
 
 def calibrate_rig(
-    cameras: Sequence[tuple[str, Sequence[str]]],
+    cameras: Sequence[tuple[str, Sequence[Path]]],
     *,
-    inner: tuple[int, int] = (9, 6),
-    squares: tuple[int, int] | None = None,
-    gap_mm: float | None = None,
-    square_mm: float = 25.5,
-    distortion_terms: int = 2,
-    tangential: bool = False,
-    square_pixels: bool = False,
-    bend: Literal["never", "judged", "always"] = "judged",
-    picture: str | None = None,
+    picture: Path | None = None,
+    options: CalibrateOptions | None = None,
+    **fields: Any,
 ) -> Job[Rig]:
     """Calibrate cameras that saw one board at the same moments, and where they stand.
 
     `cameras` are (name, pictures). Pictures with the same number at the end of their names belong to one moment;
-    without numbers, the k-th ones of all cameras do.
+    without numbers, the k-th ones of all cameras do. `options` or further keywords are those of
+    :class:`CalibrateOptions`.
     """
 
-def save_calibration_picture(calibration: Camera | Rig | str, path: str) -> None:
+def save_calibration_picture(calibration: Camera | Rig | str, path: Path) -> None:
     """Draw a camera or a rig, or the text of its file, into the SVG, PDF or PNG that the path's extension says."""
 
-def track(
-    frames: Sequence[str],
+def undistort(
+    pictures: Sequence[Path],
+    folder: Path,
     *,
-    assets: str,
+    camera: Camera | str,
+    options: UndistortOptions | None = None,
+    **fields: Any,
+) -> Job[Camera]:
+    """Write pictures without lens distortion into a folder, as PNG under their names.
+
+    `camera` may be the text of its file. The job's result is the camera of the new pictures, which is also left as
+    camera.json among them. `options` or further keywords are those of :class:`UndistortOptions`.
+    """
+
+def match_pair(
+    a: Path,
+    b: Path,
+    *,
+    assets: Assets | Path,
     camera: Camera | str | None = None,
-    method: Literal["default", "paper"] = "default",
-    points: int = 200,
-    window: int | None = None,
+    picture: Path | None = None,
+    options: MatchOptions | None = None,
+    **fields: Any,
+) -> Job[str]:
+    """Match corners of the face between two frames; the job's result is matches.json as text.
+
+    `camera` may be the text of its file. Both frames with their matches are also drawn into `picture`: SVG, PDF or PNG.
+    `options` or further keywords are those of :class:`MatchOptions`.
+    """
+
+def track(
+    frames: Sequence[Path],
+    *,
+    assets: Assets | Path,
+    camera: Camera | str | None = None,
+    options: TrackOptions | None = None,
+    **fields: Any,
 ) -> Job[Tracks]:
     """Track points of the face through image files, folders or videos.
 
-    `camera` may also be the text of a camera.json. `points` are wanted in each frame in which points are chosen;
-    `window` is the side of the tracker's window in pixels, odd.
+    `camera` may be the text of its file; without it the focal length is estimated. `options` or further keywords are
+    those of :class:`TrackOptions`.
     """
 
 def motion(
     tracks: Tracks | str,
     *,
     camera: Camera | str | None = None,
-    interocular_mm: float | None = None,
-    lengths: Sequence[tuple[int, int, float]] = (),
+    options: MotionOptions | None = None,
+    **fields: Any,
 ) -> Job[Motion]:
     """Solve for the head's pose in every frame and the places of its points.
 
-    `camera` is taken instead of the camera of the tracks; the text of either's file will do. `lengths` are
-    (number of a track, number of another, millimetres between them) as measured on the head.
+    `camera` is taken instead of the camera of the tracks; the texts of their files will do. `options` or further
+    keywords are those of :class:`MotionOptions`; `lengths` are (number of a track, number of another, millimetres
+    between them) as measured on the head.
     """
 
 def motion_on_rig(films: Sequence[tuple[str, Tracks | str]], rig: Rig | str) -> Job[Motion]:
     """Solve for the motion that the first film shows; the places of the rig's cameras give its size.
 
-    `films` are names of the rig's cameras with the tracks of the film each took at the same moments; the texts of the
-    files will do.
+    `films` are names of the rig's cameras with the tracks of the film each took at the same moments; the texts of
+    the files will do.
     """
 
 def reconstruct(
-    frames: Sequence[str],
+    frames: Sequence[Path],
     *,
-    assets: str,
+    assets: Assets | Path,
     camera: Camera | str | None = None,
-    method: Literal["default", "paper"] = "default",
-    texture_size: int = 2048,
-    interocular_mm: float | None = None,
     tracks: Tracks | str | None = None,
     motion: Motion | str | None = None,
+    options: ReconstructOptions | None = None,
+    **fields: Any,
 ) -> Job[Reconstruction]:
     """Reconstruct the head in image files, folders or videos.
 
-    `tracks` and `motion` of the same frames are used instead of finding them anew; only with the method `default`. The
-    texts of the files will do.
+    `camera`, `tracks` and `motion` of the same frames, or the texts of their files: what is given is not found anew.
+    `options` or further keywords are those of :class:`ReconstructOptions`.
     """
 
-def generic_head(assets: str) -> Reconstruction:
+def overlay(result: Path, frames: Sequence[Path], folder: Path) -> Job[list[str]]:
+    """Draw the head of a result folder over its frames, into PNG of the frames' names, which are the result."""
+
+def generic_head(assets: Assets | Path) -> Reconstruction:
     """The generic head itself, with its own keys and a plain texture."""
+
+def parse_command(arguments: Sequence[str], *, program: str = "facewright") -> Command:
+    """Read a command line of the `facewright` program, without its name, and do nothing yet.
+
+    `program` is what the help and errors call it. Raises `UsageError` where it cannot be read, and where help is asked
+    for.
+    """
+
+def run(arguments: Sequence[str], *, program: str = "facewright") -> int:
+    """Do what a command line of the `facewright` program asks for and print what it prints; the exit code.
+
+    `program` is what the help and errors call it. An interrupt cancels the work.
+    """

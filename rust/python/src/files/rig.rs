@@ -1,7 +1,7 @@
 //! `rig.json`.
 
 use super::{Camera, Numbers, Or, Rows, file_class, matrix, rows};
-use crate::FacewrightError;
+use crate::error::FacewrightError;
 use drawing::Drawing;
 use facewright::pictures::calibration::{of_camera, of_rig};
 use facewright::{CalibratedRig, CameraFile};

@@ -1,7 +1,7 @@
 //! The board to print: exact in millimetres at 100 % print scale.
 //!
 //! # Entry points
-//! - [`sheet`]: a board and a page in, a [`Drawing`] out; its `write` makes SVG, PDF or PNG.
+//! - [`sheet`]: [`SheetOptions`] in, a [`Drawing`] out; its `write` makes SVG, PDF or PNG.
 //!
 //! # Conventions
 //! The square left of and above the first inner corner of a checkerboard is black. In the first black square of
@@ -13,9 +13,12 @@ mod page;
 
 pub use page::Page;
 
-use drawing::{Anchor, Colour, Drawing, Stroke, Text};
+use crate::{BoardOptions, FacewrightError};
+use clap::{ArgAction, Args};
+use drawing::{Anchor, Colour, DPI, Drawing, Stroke, Text};
 use geometry::{Board, Pattern, Vec2};
 use page::BORDER_MM;
+use serde::{Deserialize, Serialize};
 
 /// Length of a ruler, mm.
 const RULER_MM: f64 = 100.0;
@@ -26,18 +29,38 @@ const TEXT_MM: f64 = 2.8;
 /// Least side of a square, mm: smaller ones no camera sees sharp.
 const LEAST_MM: f64 = 3.0;
 
-/// How a board is printed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What is printed, and on what.
+#[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
 pub struct SheetOptions {
-    /// The paper.
+    /// The board.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub board: BoardOptions,
+    /// Paper
+    #[arg(long, value_enum, default_value_t = Self::default().page)]
     pub page: Page,
-    /// Whether a white disc in the first black square tells the board from itself turned by half a turn.
+    /// Leave out the white disc that tells which way up the board is
+    #[arg(long = "no-mark", action = ArgAction::SetFalse)]
     pub mark: bool,
+    /// Resolution of a PNG, dots per inch
+    #[arg(long, default_value_t = Self::default().dpi)]
+    pub dpi: f64,
 }
 
 impl Default for SheetOptions {
     fn default() -> Self {
-        Self { page: Page::A4, mark: true }
+        Self { board: BoardOptions::default(), page: Page::A4, mark: true, dpi: DPI }
+    }
+}
+
+impl SheetOptions {
+    /// Refuses what cannot be.
+    pub fn validate(&self) -> Result<(), FacewrightError> {
+        if !(self.dpi > 0.0 && self.dpi.is_finite()) {
+            return Err(FacewrightError::Option { name: "the resolution", expected: "more than 0 dots per inch" });
+        }
+        self.board.validate()
     }
 }
 
@@ -83,26 +106,27 @@ fn side_mm(board: &Board) -> f64 {
     millimetres(board.square)
 }
 
-/// A board on a page, turned as the board fits.
-pub fn sheet(board: &Board, options: &SheetOptions) -> Result<Drawing, BoardPatternError> {
+/// The board on its page.
+pub fn sheet(options: &SheetOptions) -> Result<Drawing, FacewrightError> {
+    options.validate()?;
+    Ok(on_page(&options.board.board()?, options.page, options.mark)?)
+}
+
+/// A board on a page, turned as the board fits, with or without the disc that tells it from itself turned by half a turn.
+fn on_page(board: &Board, page: Page, mark: bool) -> Result<Drawing, BoardPatternError> {
     if !is_possible(board) {
         return Err(BoardPatternError::Impossible { board: *board });
     }
     let (extent, side) = (board.extent().map(millimetres), side_mm(board));
-    let Some(size) = options.page.around(extent, side / 2.0) else {
+    let Some(size) = page.around(extent, side / 2.0) else {
         let fits = Page::ALL.into_iter().find(|page| page.around(extent, side / 2.0).is_some());
         let needed = extent.add_scalar(2.0 * Page::margin(side / 2.0));
-        return Err(BoardPatternError::DoesNotFit {
-            page: options.page,
-            width_mm: needed.x,
-            height_mm: needed.y,
-            fits,
-        });
+        return Err(BoardPatternError::DoesNotFit { page, width_mm: needed.x, height_mm: needed.y, fits });
     };
     let corner = (size - extent) / 2.0;
     let mut drawing = Drawing::new(size);
     squares(board, side).for_each(|at| drawing.rectangle(corner + at, Vec2::repeat(side), Colour::BLACK));
-    if options.mark {
+    if mark {
         let middle = corner.add_scalar(origin(board, side) + side / 2.0);
         drawing.disc(middle, Board::MARK_RADIUS * side, Colour::WHITE);
     }

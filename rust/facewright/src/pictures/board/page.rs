@@ -1,6 +1,8 @@
 //! Pages to print on.
 
+use clap::ValueEnum;
 use geometry::Vec2;
+use serde::{Deserialize, Serialize};
 
 /// What printers leave blank along the edges of a page, mm.
 pub const BORDER_MM: f64 = 5.0;
@@ -10,7 +12,7 @@ const RULER_STRIP_MM: f64 = 10.0;
 const TEXT_STRIP_MM: f64 = 13.5;
 
 /// A page to print on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 pub enum Page {
     /// 297 × 210 mm.
     A4,

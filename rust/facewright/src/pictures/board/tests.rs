@@ -9,8 +9,12 @@ fn paper() -> Board {
     Board::checkerboard(9, 6, 0.0255)
 }
 
+fn plain(board: &Board) -> Result<Drawing, BoardPatternError> {
+    on_page(board, Page::A4, true)
+}
+
 fn file(board: &Board, format: Format) -> Vec<u8> {
-    sheet(board, &SheetOptions::default()).unwrap().encode(format, 300.0).unwrap()
+    plain(board).unwrap().encode(format, 300.0).unwrap()
 }
 
 /// Numbers of all elements of a name.
@@ -100,8 +104,8 @@ fn the_mark_lies_in_the_square_below_and_right_of_the_first_corner() {
         assert!((discs[0][2] - 0.15 * side).abs() < 1e-9);
         assert!(squares.iter().any(|s| (s[0] - first * side - squares[0][0]).abs() < 1e-9
             && (s[1] - first * side - squares[0][1]).abs() < 1e-9));
-        let plain = sheet(&board, &SheetOptions { mark: false, ..SheetOptions::default() }).unwrap();
-        assert_eq!(plain.marks.len() + 1, sheet(&board, &SheetOptions::default()).unwrap().marks.len());
+        let bare = on_page(&board, Page::A4, false).unwrap();
+        assert_eq!(bare.marks.len() + 1, plain(&board).unwrap().marks.len());
     }
 }
 
@@ -135,8 +139,7 @@ fn a_ruler_of_100_mm_lies_along_each_axis() {
 
 #[test]
 fn text_states_the_scale_and_a_tall_board_turns_the_page() {
-    let options = SheetOptions { page: Page::Letter, ..SheetOptions::default() };
-    let tall = sheet(&Board::checkerboard(6, 8, 0.022), &options).unwrap();
+    let tall = on_page(&Board::checkerboard(6, 8, 0.022), Page::Letter, true).unwrap();
     let document = String::from_utf8(tall.encode(Format::Svg, 300.0).unwrap()).unwrap();
     assert!(document.contains("6x8 inner corners, squares of 22 mm. Print at 100 %"));
     assert!(document.contains("width=\"215.9mm\""));
@@ -144,11 +147,11 @@ fn text_states_the_scale_and_a_tall_board_turns_the_page() {
 
 #[test]
 fn a_board_too_large_names_the_page_it_fits() {
-    let error = sheet(&Board::checkerboard(9, 6, 0.035), &SheetOptions::default()).unwrap_err();
+    let error = plain(&Board::checkerboard(9, 6, 0.035)).unwrap_err();
     assert!(matches!(error, BoardPatternError::DoesNotFit { fits: Some(Page::A3), .. }));
     assert!(error.to_string().contains("print on A3"), "{error}");
     for board in [Board::checkerboard(9, 6, 0.08), Board::checkerboard(4_000_000, 6, 0.003)] {
-        let error = sheet(&board, &SheetOptions::default()).unwrap_err();
+        let error = plain(&board).unwrap_err();
         assert!(error.to_string().contains("smaller or fewer squares"), "{error}");
     }
 }
@@ -165,7 +168,7 @@ fn impossible_boards_are_refused() {
         Board::squares(3, 4, 0.03, f64::NAN),
     ];
     for board in boards {
-        let error = sheet(&board, &SheetOptions::default()).unwrap_err();
+        let error = plain(&board).unwrap_err();
         assert!(matches!(error, BoardPatternError::Impossible { .. }), "{error}");
     }
 }

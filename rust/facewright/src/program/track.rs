@@ -1,0 +1,46 @@
+//! `facewright track`.
+
+use super::inputs::{camera, check_output, open};
+use super::summary::{Summary, listed};
+use crate::{Assets, FacewrightError, Given, TrackClipOptions, track, write_json};
+use clap::Args;
+use geometry::Progress;
+use serde::Serialize;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// Tracks points of the face through a sequence
+#[derive(Clone, Debug, Args, Serialize)]
+pub struct TrackCommand {
+    /// Image files in the order of time, a folder, or a video
+    #[arg(required = true)]
+    frames: Vec<PathBuf>,
+    /// Calibrated camera; without it the focal length is estimated
+    #[arg(long)]
+    camera: Option<PathBuf>,
+    /// How it works.
+    #[command(flatten)]
+    pub options: TrackClipOptions,
+    /// Tracks file to write
+    #[arg(short, long, default_value = "tracks.json")]
+    output: PathBuf,
+}
+
+impl TrackCommand {
+    pub(super) fn run(&self, assets: &Path, progress: &Progress) -> Result<Summary, FacewrightError> {
+        let given = Given { camera: camera(self.camera.as_deref())?, ..Given::default() };
+        check_output(&self.output)?;
+        let (frames, progress) = open(&self.frames, progress)?;
+        let tracks = track(&frames, &Assets::load(assets)?, &given, &self.options, &progress)?;
+        write_json(&self.output, &tracks)?;
+        let used = tracks.frames.iter().filter(|f| f.used).count();
+        let text = format!(
+            "{} points in {used} of {} frames, in {}{}",
+            tracks.tracks.len(),
+            frames.len(),
+            self.output.display(),
+            listed(&tracks.warnings)
+        );
+        Ok(Summary { text, json: json!(tracks) })
+    }
+}

@@ -1,0 +1,132 @@
+//! Matches, tracks, motion and heads.
+
+use crate::assets::AssetsArgument;
+use crate::cameras::check_picture;
+use crate::error::raise;
+use crate::files::{Camera, Motion, Or, Rig, Tracks};
+use crate::given::{self, given};
+use crate::job::{Job, Output};
+use crate::options::{MatchOptions, MotionOptions, ReconstructOptions, TrackOptions};
+use crate::reconstruction::Reconstruction;
+use facewright::program::{draw_match, open_frames};
+use facewright::{solve_motion, solve_motion_on_rig};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::path::PathBuf;
+
+/// Match corners of the face between two frames; the job's result is matches.json as text.
+///
+/// `camera` is a Camera, or the text of its file. Both frames with their matches are also drawn into `picture`: SVG, PDF or PNG. `options`
+/// or further keywords are those of MatchOptions.
+#[pyfunction]
+#[pyo3(signature = (a, b, *, assets, camera = None, picture = None, options = None, **fields))]
+pub fn match_pair(
+    a: PathBuf,
+    b: PathBuf,
+    assets: AssetsArgument<'_>,
+    camera: Option<Or<Camera>>,
+    picture: Option<PathBuf>,
+    options: Option<&Bound<'_, MatchOptions>>,
+    fields: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Job> {
+    let options = MatchOptions::merged(options, fields)?;
+    check_picture(picture.as_deref())?;
+    let (camera, assets) = (given::camera(camera.as_ref())?, assets.handle());
+    Job::start(move |progress| {
+        let matches = facewright::match_pair(&a, &b, camera.as_ref(), &*assets.load()?, &options, progress)?;
+        picture.map_or(Ok(()), |file| draw_match(&matches.pairs[0], &a, &b, &file, progress))?;
+        Ok(Output::json(&matches))
+    })
+}
+
+/// Track points of the face through image files, folders or videos; the job's result is Tracks.
+///
+/// `camera` is a Camera, or the text of its file; without it the focal length is estimated. `options` or further keywords are those of
+/// TrackOptions.
+#[pyfunction]
+#[pyo3(signature = (frames, *, assets, camera = None, options = None, **fields))]
+pub fn track(
+    frames: Vec<PathBuf>,
+    assets: AssetsArgument<'_>,
+    camera: Option<Or<Camera>>,
+    options: Option<&Bound<'_, TrackOptions>>,
+    fields: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Job> {
+    let options = TrackOptions::merged(options, fields)?;
+    let (given, assets) = (given(camera.as_ref(), None, None)?, assets.handle());
+    Job::start(move |progress| {
+        let (frames, progress) = open_frames(&frames, progress)?;
+        let tracks = facewright::track(&frames, &*assets.load()?, &given, &options, &progress)?;
+        Ok(Output::Tracks(Box::new(tracks)))
+    })
+}
+
+/// Solve for the head's pose in every frame and the places of its points; the job's result is a Motion.
+///
+/// `tracks` are Tracks, `camera` a Camera to take instead of theirs, or the texts of their files. `options` or further
+/// keywords are those of MotionOptions; `lengths` are (number of a track, number of another, millimetres between them).
+#[pyfunction]
+#[pyo3(signature = (tracks, *, camera = None, options = None, **fields))]
+pub fn motion(
+    tracks: Or<Tracks>,
+    camera: Option<Or<Camera>>,
+    options: Option<&Bound<'_, MotionOptions>>,
+    fields: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Job> {
+    let options = MotionOptions::merged(options, fields)?;
+    let (tracks, camera) = (tracks.core()?, given::camera(camera.as_ref())?);
+    Job::start(move |progress| {
+        Ok(Output::Motion(Box::new(solve_motion(&tracks, camera.as_ref(), &options, progress)?)))
+    })
+}
+
+/// Solve for the motion that the first film shows; the places of the rig's cameras give its size.
+///
+/// `films` are names of the rig's cameras with the Tracks of the film each took at the same moments, `rig` is a Rig; texts of
+/// their files will do. The job's result is a Motion.
+#[pyfunction]
+pub fn motion_on_rig(films: Vec<(String, Or<Tracks>)>, rig: Or<Rig>) -> PyResult<Job> {
+    let (films, rig) = given::films(&films, &rig)?;
+    Job::start(move |progress| Ok(Output::Motion(Box::new(solve_motion_on_rig(&films, &rig, progress)?))))
+}
+
+/// Reconstruct the head in image files, folders or videos; the job's result is a Reconstruction.
+///
+/// `camera`, `tracks` and `motion` of the same frames, or the texts of their files: what is given is not found anew. `options` or further keywords are those of ReconstructOptions.
+#[pyfunction]
+#[pyo3(signature = (frames, *, assets, camera = None, tracks = None, motion = None, options = None, **fields))]
+pub fn reconstruct(
+    frames: Vec<PathBuf>,
+    assets: AssetsArgument<'_>,
+    camera: Option<Or<Camera>>,
+    tracks: Option<Or<Tracks>>,
+    motion: Option<Or<Motion>>,
+    options: Option<&Bound<'_, ReconstructOptions>>,
+    fields: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Job> {
+    let options = ReconstructOptions::merged(options, fields)?;
+    let (given, assets) = (given(camera.as_ref(), tracks.as_ref(), motion.as_ref())?, assets.handle());
+    Job::start(move |progress| {
+        let (frames, progress) = open_frames(&frames, progress)?;
+        let result = facewright::reconstruct(&frames, &*assets.load()?, &given, &options, &progress)?;
+        Ok(Output::Head(Box::new(result)))
+    })
+}
+
+/// Draw the head of a result folder over its frames, into PNG of the frames' names; the job's result is the frames drawn.
+#[pyfunction]
+pub fn overlay(result: PathBuf, frames: Vec<PathBuf>, folder: PathBuf) -> PyResult<Job> {
+    facewright::check_folder(&folder).map_err(|e| raise(&e))?;
+    Job::start(move |progress| {
+        let (frames, progress) = open_frames(&frames, progress)?;
+        Ok(Output::Names(facewright::overlay(&result, &frames, &folder, &progress)?))
+    })
+}
+
+/// The generic head itself, with its own keys and a plain texture.
+#[pyfunction]
+pub fn generic_head(py: Python<'_>, assets: AssetsArgument<'_>) -> PyResult<Reconstruction> {
+    let assets = assets.handle();
+    let head = py.detach(|| facewright::generic_head(assets.folder())).map_err(|e| raise(&e))?;
+    Ok(Reconstruction::new(head))
+}
