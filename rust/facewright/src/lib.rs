@@ -2,6 +2,7 @@
 //!
 //! # Entry points
 //! - [`FrameSet::open`], [`Assets::load`], [`reconstruct`]: the whole path; [`Reconstruction::write`] leaves its files.
+//! - [`reconstruct_on_rig`]: the same from several cameras whose places are known, films or one photograph each.
 //! - [`calibrate`], [`board`], [`match_pair`], [`track`], [`solve_motion`], [`overlay`]: the other
 //!   commands of the `facewright` program.
 //! - [`calibration_picture`] draws a calibration, [`match_picture`] matches; they and [`board`] make a [`drawing`] in
@@ -29,6 +30,7 @@ mod given;
 mod head;
 mod method;
 mod motion;
+mod on_rig;
 pub mod pictures;
 pub mod program;
 mod reconstruct;
@@ -54,8 +56,11 @@ pub use formats::Schema;
 pub use frames::{Frame, FrameSet};
 pub use given::Given;
 pub use method::Method;
+pub use on_rig::{RigFrames, reconstruct_on_rig};
 pub use reconstruct::{ReconstructOptions, generic_head, reconstruct};
-pub use result::{FitReport, FrameReport, Reconstruction, Report, Scale, TextureReport, overlay};
+pub use result::{
+    FitReport, FrameReport, Reconstruction, Report, ReportCamera, Scale, TextureReport, overlay, overlay_on_rig,
+};
 pub use size::{KnownLength, SizeOptions};
 pub use track::{
     FrameTracks, MatchOptions, MatchedPair, Matches, PointGap, PointObservation, PointTrack, Region, TrackClipOptions,

@@ -9,8 +9,6 @@ use head::fit::{CloudFrame, CloudPoint, FitOptions, HeadFit, HeadSize, fit_cloud
 
 /// Fewer skin points than this do not improve on the landmarks.
 const LEAST_POINTS: usize = 40;
-/// A point in fewer frames tells no shape.
-const LEAST_SEEN: usize = 3;
 
 /// Measures the shape of the head in a clip whose motion is known; `known` is the head that the motion's tracks were predicted by.
 ///
@@ -25,7 +23,7 @@ pub fn measure(
 ) -> Result<Measured, FacewrightError> {
     progress.stage("shape")?;
     let poses: Vec<Option<Transform>> = motion.frames.iter().map(|frame| frame.cam_from_head).collect();
-    let cloud = cloud(motion);
+    let cloud = cloud(motion, clip.frames.fewest_sightings());
     if cloud.len() < LEAST_POINTS {
         return by_landmarks(clip);
     }
@@ -51,8 +49,8 @@ pub fn measure(
 }
 
 /// Points that move with the skull and are certain enough to tell shape.
-fn cloud(motion: &HeadMotion) -> Vec<CloudPoint> {
-    let fixed = motion.points.iter().filter(|point| !point.moves && point.frames >= LEAST_SEEN);
+fn cloud(motion: &HeadMotion, fewest_frames: usize) -> Vec<CloudPoint> {
+    let fixed = motion.points.iter().filter(|point| !point.moves && point.frames >= fewest_frames);
     fixed.map(|point| CloudPoint { position: point.position(), covariance: point.covariance() }).collect()
 }
 

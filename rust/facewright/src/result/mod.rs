@@ -4,8 +4,8 @@ mod glb;
 mod overlay;
 mod report;
 
-pub use overlay::overlay;
-pub use report::{FitReport, FrameReport, Report, Scale, TextureReport};
+pub use overlay::{overlay, overlay_on_rig};
+pub use report::{FitReport, FrameReport, Report, ReportCamera, Scale, TextureReport};
 
 use crate::FacewrightError;
 use crate::files::{json_text, png, unwritable, write_together};
