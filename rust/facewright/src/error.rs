@@ -139,6 +139,24 @@ pub enum FacewrightError {
         /// What is wrong with them.
         reason: String,
     },
+    /// Cameras of a rig that see the head from one direction.
+    #[error(
+        "the cameras see the head from directions only {degrees:.1}° apart: depth cannot be seen. Set them up 10° to 25° apart as the head sees them, and calibrate the rig again"
+    )]
+    RigNarrow {
+        /// Angle between the directions, degrees.
+        degrees: f64,
+    },
+    /// A result of a rig where frames of one camera were given.
+    #[error(
+        "this head was made from the films of several cameras: give the frames of each, like {first}=DIR; its cameras are {known}"
+    )]
+    RigResult {
+        /// Name of the first one.
+        first: String,
+        /// All of them.
+        known: String,
+    },
     /// An option that makes no sense.
     #[error("{name} must be {expected}")]
     Option {

@@ -41,6 +41,8 @@ impl FacewrightError {
             | Self::RigPictures { .. }
             | Self::RigCamera { .. }
             | Self::RigMoments { .. }
+            | Self::RigNarrow { .. }
+            | Self::RigResult { .. }
             | Self::Camera(_)
             | Self::Calibrate(_)
             | Self::Rig(_) => ErrorGroup::Camera,

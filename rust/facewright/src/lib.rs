@@ -2,6 +2,7 @@
 //!
 //! # Entry points
 //! - [`FrameSet::open`], [`Assets::load`], [`reconstruct()`]: the whole path; [`Reconstruction::write`] leaves its files.
+//! - [`reconstruct_on_rig`]: the same from several cameras whose places are known, films or one photograph each.
 //! - [`calibrate()`], [`pictures::board`], [`match_pair`], [`find_faces`], [`track()`], [`solve_motion`], [`overlay()`]: the other commands.
 //! - [`pictures`] draws calibrations, matches and boards, which [`write_drawing`] writes; [`program`] is the command line.
 //!
@@ -42,6 +43,7 @@ mod given;
 mod head;
 mod method;
 mod motion;
+mod on_rig;
 pub mod pictures;
 pub mod program;
 mod reconstruct;
@@ -67,8 +69,11 @@ pub use formats::Schema;
 pub use frames::{Frame, FrameSet};
 pub use given::Given;
 pub use method::Method;
+pub use on_rig::{RigFrames, reconstruct_on_rig};
 pub use reconstruct::{ReconstructOptions, generic_head, reconstruct};
-pub use result::{FitReport, FrameReport, Reconstruction, Report, Scale, TextureReport, overlay};
+pub use result::{
+    FitReport, FrameReport, Reconstruction, Report, ReportCamera, Scale, TextureReport, overlay, overlay_on_rig,
+};
 pub use size::{KnownLength, SizeOptions};
 pub use track::{
     FrameTracks, MatchOptions, MatchedPair, Matches, PointGap, PointObservation, PointTrack, Region, TrackClipOptions,

@@ -6,11 +6,12 @@ use crate::clock::Clock;
 use crate::faces::{Clip, KnownHead, median};
 use crate::head::unseen::replace_unseen;
 use crate::head::{Measured, MeasuredFrame, eyes, features, paper, paper_eyes, shape};
+use crate::motion::{Rig, solve_on_films};
 use crate::texture::{make_textures, plain};
 use crate::track::{Corners, track_head};
 use crate::{
     Assets, CameraSource, FacewrightError, FitReport, FrameReport, FrameSet, Given, HeadMotion, Method, MotionOptions,
-    Reconstruction, Report, Scale, SizeOptions, SourcedCamera, TrackClipOptions, solve_motion,
+    Reconstruction, Report, Scale, SizeOptions, SourcedCamera, TrackClipOptions, Tracks, solve_motion,
 };
 use clap::Args;
 use geometry::Progress;
@@ -43,7 +44,7 @@ impl Default for ReconstructOptions {
 }
 
 impl ReconstructOptions {
-    fn validate(&self) -> Result<(), FacewrightError> {
+    pub(crate) fn validate(&self) -> Result<(), FacewrightError> {
         if !(64..=8192).contains(&self.texture_size) {
             return Err(FacewrightError::Option { name: "the texture size", expected: "64 to 8192 pixels" });
         }
@@ -71,25 +72,28 @@ pub fn reconstruct(
     if frames.len() < 2 {
         return Err(FacewrightError::OneFrame);
     }
+    run(frames, assets, given, options, None, progress)
+}
+
+/// The same for frames of one camera, or, with a `rig`, for its films one after the other, brought to one camera.
+pub(crate) fn run(
+    frames: &FrameSet,
+    assets: &Assets,
+    given: &Given,
+    options: &ReconstructOptions,
+    rig: Option<&Rig>,
+    progress: &Progress,
+) -> Result<Reconstruction, FacewrightError> {
     let [looking, tracking, moving, shaping, texturing] = progress.split(&WEIGHTS);
     let (mut clock, head) = (Clock::start(), &assets.head);
     let sourced = starting_camera(frames, given.camera.as_ref())?;
     let clip = Clip::look(frames, assets, given, &sourced, &options.size, &looking)?;
+    rig.map_or(Ok(()), |rig| rig.check(&clip))?;
     clock.lap("faces");
+    let solver = Solver { given, size: &options.size, rig };
+    let progress = [&tracking, &moving, &shaping];
     let (mut measured, scale) = match options.method {
-        Method::Default => {
-            let motion = motion(&clip, given, &sourced, &options.size, [&tracking, &moving], &mut clock)?;
-            let [first, second] = shaping.split(&[1.0, 3.0]);
-            let chosen = shape::choose(&clip, &motion)?;
-            let measured = shape::measure(&clip, &clip.known, &motion, chosen, &options.size, &first)?;
-            clock.lap("shape");
-            let measured = match measured.points.is_empty() {
-                true => measured,
-                false => sharpen(&clip, measured, &motion, &options.size, &second)?,
-            };
-            clock.lap("sharpen");
-            (measured, motion.scale)
-        }
+        Method::Default => solver.measure(&clip, &sourced, progress, &mut clock)?,
         Method::Paper => {
             let measured = paper::measure(&clip, &sourced, &options.size, &shaping)?;
             clock.lap("shape");
@@ -113,6 +117,7 @@ pub fn reconstruct(
         version: env!("CARGO_PKG_VERSION").to_owned(),
         method: options.method,
         camera: SourcedCamera { camera: measured.camera, source: sourced.source },
+        rig: Vec::new(),
         frames: frame_reports(&clip, &measured),
         points: measured.points.len(),
         landmarks68: landmarks.iter().map(|p| [p.x, p.y, p.z]).collect(),
@@ -130,26 +135,70 @@ pub fn reconstruct(
     Ok(result)
 }
 
-/// The motion given, or that of the tracks given, or that of the head's own points.
-fn motion(
-    clip: &Clip,
-    given: &Given,
-    camera: &SourcedCamera,
-    size: &SizeOptions,
-    [tracking, moving]: [&Progress; 2],
-    clock: &mut Clock,
-) -> Result<HeadMotion, FacewrightError> {
-    if let Some(motion) = &given.motion {
-        return Ok(motion.clone());
+/// What a motion is solved with.
+struct Solver<'a> {
+    given: &'a Given,
+    size: &'a SizeOptions,
+    rig: Option<&'a Rig>,
+}
+
+impl Solver<'_> {
+    /// The shape, in two rounds, and what its size rests on.
+    fn measure(
+        &self,
+        clip: &Clip,
+        camera: &SourcedCamera,
+        [tracking, moving, shaping]: [&Progress; 3],
+        clock: &mut Clock,
+    ) -> Result<(Measured, Scale), FacewrightError> {
+        let motion = self.motion(clip, camera, [tracking, moving], clock)?;
+        let [first, second] = shaping.split(&[1.0, 3.0]);
+        let chosen = shape::choose(clip, &motion)?;
+        let measured = shape::measure(clip, &clip.known, &motion, chosen, self.size, &first)?;
+        clock.lap("shape");
+        if measured.points.is_empty() {
+            // The size that points have is not that of the landmarks' head.
+            return Ok((measured, Scale::of_eyes(self.size.interocular())));
+        }
+        let measured = sharpen(clip, measured, &motion, self, &second)?;
+        clock.lap("sharpen");
+        Ok((measured, motion.scale))
     }
-    let tracks = match &given.tracks {
-        Some(tracks) => tracks.clone(),
-        None => track_head(clip, &clip.known, camera.source, &TrackClipOptions::default(), Corners::New, tracking)?,
-    };
-    clock.lap("track");
-    let motion = solve_motion(&tracks, given.camera.as_ref(), &MotionOptions { size: size.clone() }, moving)?;
-    clock.lap("motion");
-    Ok(motion)
+
+    /// The motion given, or that of the tracks given, or that of the head's own points.
+    fn motion(
+        &self,
+        clip: &Clip,
+        camera: &SourcedCamera,
+        [tracking, moving]: [&Progress; 2],
+        clock: &mut Clock,
+    ) -> Result<HeadMotion, FacewrightError> {
+        if let Some(motion) = &self.given.motion {
+            return Ok(motion.clone());
+        }
+        let tracks = match &self.given.tracks {
+            Some(tracks) => tracks.clone(),
+            None => track_head(clip, &clip.known, camera.source, &TrackClipOptions::default(), Corners::New, tracking)?,
+        };
+        clock.lap("track");
+        let options = MotionOptions { size: self.size.clone() };
+        let motion = self.solve(&tracks, self.given.camera.as_ref(), &options, moving)?;
+        clock.lap("motion");
+        Ok(motion)
+    }
+
+    fn solve(
+        &self,
+        tracks: &Tracks,
+        camera: Option<&SourcedCamera>,
+        options: &MotionOptions,
+        progress: &Progress,
+    ) -> Result<HeadMotion, FacewrightError> {
+        match self.rig {
+            Some(rig) => solve_on_films(tracks, rig, progress),
+            None => solve_motion(tracks, camera, options, progress),
+        }
+    }
 }
 
 /// Corners in each reference frame of the second round, whose points need not be told apart by people.
@@ -161,7 +210,7 @@ fn sharpen(
     clip: &Clip,
     rough: Measured,
     motion: &HeadMotion,
-    size: &SizeOptions,
+    solver: &Solver,
     progress: &Progress,
 ) -> Result<Measured, FacewrightError> {
     let [tracking, moving, shaping] = progress.split(&[2.0, 2.0, 2.0]);
@@ -177,9 +226,9 @@ fn sharpen(
     };
     let options = TrackClipOptions { points: DENSE, ..TrackClipOptions::default() };
     let tracks = track_head(clip, &chosen, CameraSource::Board, &options, Corners::All, &tracking)?;
-    let mut again = solve_motion(&tracks, None, &MotionOptions::default(), &moving)?;
+    let mut again = solver.solve(&tracks, None, &MotionOptions::default(), &moving)?;
     again.scale = motion.scale.clone();
-    let mut sharp = shape::measure(clip, &better, &again, rough.chosen.clone(), size, &shaping)?;
+    let mut sharp = shape::measure(clip, &better, &again, rough.chosen.clone(), solver.size, &shaping)?;
     for (frame, before) in sharp.frames.iter_mut().zip(&rough.frames).filter(|(frame, _)| frame.by_landmarks) {
         (frame.rms_px, frame.by_landmarks) = (before.rms_px, before.by_landmarks);
     }

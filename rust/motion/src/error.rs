@@ -118,6 +118,17 @@ pub enum MotionError {
         /// Why the most promising pair failed.
         reason: String,
     },
+    /// Cameras that saw hardly anything together.
+    #[error(
+        "only {found} points were found by two cameras at the same moment and {needed} are needed: let the cameras see the same \
+         side of the face, from directions 10 to 25 degrees apart"
+    )]
+    FewShared {
+        /// Most points of a moment.
+        found: usize,
+        /// Least number.
+        needed: usize,
+    },
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),

@@ -6,7 +6,7 @@
 //! - [`triangulate`]: a point from its rays.
 //! - [`resect`]: the pose of a frame from points whose place is known.
 //! - [`bundle`]: all poses and points at once.
-//! - [`sequence`]: all of it, from tracks to poses and points.
+//! - [`sequence`]: all of it, from tracks to poses and points; [`rig`]: the same of several cameras whose places are known.
 //!
 //! # Conventions
 //! Metres, radians, pixels; transforms are `b_from_a`; "normalised" coordinates are undistorted `X/Z, Y/Z`. A head that
@@ -22,6 +22,7 @@ mod error;
 mod polynomial;
 mod random;
 pub mod resect;
+pub mod rig;
 pub mod sequence;
 pub mod triangulate;
 pub mod two_view;

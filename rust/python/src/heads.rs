@@ -9,10 +9,14 @@ use crate::job::{Job, Output};
 use crate::options::{MatchOptions, MotionOptions, ReconstructOptions, TrackOptions};
 use crate::reconstruction::Reconstruction;
 use facewright::program::{draw_match, open_frames};
-use facewright::{solve_motion, solve_motion_on_rig};
+use facewright::{FacewrightError, FrameSet, RigFrames, solve_motion, solve_motion_on_rig};
+use geometry::Progress;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
+
+/// Times of the steps with a rig, in parts: the frames are opened, then worked on.
+const OPENING: [f64; 2] = [0.03, 0.97];
 
 /// Match corners of the face between two frames; the job's result is matches.json as text.
 ///
@@ -126,6 +130,52 @@ pub fn reconstruct(
         let (frames, progress) = open_frames(&frames, progress)?;
         let result = facewright::reconstruct(&frames, &*assets.load()?, &given, &options, &progress)?;
         Ok(Output::Head(Box::new(result)))
+    })
+}
+
+/// Reconstruct the head that a rig's cameras filmed at the same moments, or took one photograph each of; the job's result is a
+/// Reconstruction in true size.
+///
+/// `films` are names of the rig's cameras with the image files, folders or videos of each, `rig` is a Rig, or the text of its file.
+/// `options` or further keywords are those of ReconstructOptions.
+#[pyfunction]
+#[pyo3(signature = (films, rig, *, assets, options = None, **fields))]
+pub fn reconstruct_on_rig(
+    films: Vec<(String, Vec<PathBuf>)>,
+    rig: Or<Rig>,
+    assets: AssetsArgument<'_>,
+    options: Option<&Bound<'_, ReconstructOptions>>,
+    fields: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Job> {
+    let options = ReconstructOptions::merged(options, fields)?;
+    let (rig, assets) = (rig.core()?, assets.handle());
+    Job::start(move |progress| {
+        let (films, progress) = open_all(&films, progress)?;
+        let result = facewright::reconstruct_on_rig(&films, &rig, &*assets.load()?, &options, &progress)?;
+        Ok(Output::Head(Box::new(result)))
+    })
+}
+
+/// The frames of a rig's cameras, and what is left of the progress.
+fn open_all(
+    films: &[(String, Vec<PathBuf>)],
+    progress: &Progress,
+) -> Result<(Vec<RigFrames>, Progress), FacewrightError> {
+    let [opening, working] = progress.split(&OPENING);
+    let film = |(camera, inputs): &(String, Vec<PathBuf>)| {
+        Ok(RigFrames { camera: camera.clone(), frames: FrameSet::open(inputs, &opening)? })
+    };
+    Ok((films.iter().map(film).collect::<Result<_, FacewrightError>>()?, working))
+}
+
+/// Draw the head that a rig filmed over the frames of its cameras, which are given as for reconstruct_on_rig, into PNG of the report's
+/// names, like left_0012; the job's result is the frames drawn.
+#[pyfunction]
+pub fn overlay_on_rig(result: PathBuf, films: Vec<(String, Vec<PathBuf>)>, folder: PathBuf) -> PyResult<Job> {
+    facewright::check_folder(&folder).map_err(|e| raise(&e))?;
+    Job::start(move |progress| {
+        let (films, progress) = open_all(&films, progress)?;
+        Ok(Output::Names(facewright::overlay_on_rig(&result, &films, &folder, &progress)?))
     })
 }
 

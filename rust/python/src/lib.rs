@@ -50,7 +50,9 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(heads::motion, module)?)?;
     module.add_function(wrap_pyfunction!(heads::motion_on_rig, module)?)?;
     module.add_function(wrap_pyfunction!(heads::reconstruct, module)?)?;
+    module.add_function(wrap_pyfunction!(heads::reconstruct_on_rig, module)?)?;
     module.add_function(wrap_pyfunction!(heads::overlay, module)?)?;
+    module.add_function(wrap_pyfunction!(heads::overlay_on_rig, module)?)?;
     module.add_function(wrap_pyfunction!(heads::generic_head, module)?)?;
     module.add_function(wrap_pyfunction!(command::parse_command, module)?)?;
     module.add_function(wrap_pyfunction!(command::run, module)?)

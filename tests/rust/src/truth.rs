@@ -17,6 +17,8 @@ pub struct Truth {
     pub poses: Vec<Transform>,
     /// Turn of each frame, degrees.
     pub yaw_deg: Vec<f64>,
+    /// Tip of the nose, head frame, metres.
+    pub nose_tip: Vec3,
     /// Of the head, metres.
     pub vertices: Vec<Vec3>,
     /// Of the head.
@@ -28,11 +30,13 @@ impl Truth {
     pub fn read() -> Self {
         let value: Value = serde_json::from_str(&std::fs::read_to_string(clip().join("truth.json")).unwrap()).unwrap();
         let frames = value["frames"].as_array().unwrap();
+        let nose_tip: [f64; 3] = serde_json::from_value(value["nose_tip"].clone()).unwrap();
         let (vertices, triangles) = read_ply(&std::fs::read(clip().join("head.ply")).unwrap());
         Self {
             camera: serde_json::from_value(value["camera"].clone()).unwrap(),
             poses: frames.iter().map(|f| serde_json::from_value(f["cam_from_head"].clone()).unwrap()).collect(),
             yaw_deg: frames.iter().map(|f| f["yaw_deg"].as_f64().unwrap()).collect(),
+            nose_tip: nose_tip.into(),
             vertices,
             triangles,
         }

@@ -1,10 +1,10 @@
 //! Pictures without lens distortion.
 
 use crate::camera::starting_camera;
+use crate::frames::resampled;
 use crate::{FacewrightError, FrameSet, SourcedCamera, write_json};
 use clap::{Args, ValueEnum};
-use geometry::{Pinhole, PixelMap, Progress};
-use image::{Rgb, RgbImage};
+use geometry::{Pinhole, Progress};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -69,31 +69,11 @@ pub fn undistort(
     Ok(pinhole)
 }
 
-/// Bilinear values at the map's places.
-fn resampled(picture: &RgbImage, map: &PixelMap) -> RgbImage {
-    let (width, height) = picture.dimensions();
-    RgbImage::from_fn(map.width, map.height, |x, y| {
-        let [u, v] = map.source[(y * map.width + x) as usize];
-        let inside = u >= 0.0 && v >= 0.0 && u <= width as f32 - 1.0 && v <= height as f32 - 1.0;
-        if inside { bilinear(picture, u, v) } else { Rgb([0; 3]) }
-    })
-}
-
-fn bilinear(picture: &RgbImage, u: f32, v: f32) -> Rgb<u8> {
-    let (x, y) = (u as u32, v as u32);
-    let (right, below) = ((x + 1).min(picture.width() - 1), (y + 1).min(picture.height() - 1));
-    let (a, b) = (u - x as f32, v - y as f32);
-    let [p, q, r, s] = [(x, y), (right, y), (x, below), (right, below)].map(|(x, y)| picture.get_pixel(x, y).0);
-    Rgb(std::array::from_fn(|c| {
-        let line = |left: u8, right: u8| (1.0 - a) * f32::from(left) + a * f32::from(right);
-        ((1.0 - b) * line(p[c], q[c]) + b * line(r[c], s[c])).round() as u8
-    }))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use geometry::{Camera, Vec3};
+    use image::{Rgb, RgbImage};
 
     #[test]
     fn straight_lines_become_straight() {

@@ -7,6 +7,7 @@ use head::GenericHead;
 use head::fit::{FitOptions, FrameObservation, LandmarkFit, fit_landmarks};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 /// Frames that the nets look at at first, about: enough to see a turn from all sides, to choose from, and to begin with …
 const FIRST_LOOKS: usize = 64;
@@ -84,15 +85,15 @@ impl<'a> Looking<'a, '_> {
         let count = self.frames.len();
         let mut faces = Faces::unseen(self.frames);
         let step = count.div_ceil(FIRST_LOOKS).min(FARTHEST_LOOKS);
-        let mut wanted = spread(count, step);
+        let mut wanted: Vec<usize> = self.frames.films().flat_map(|film| spread(&film, step)).collect();
         while !wanted.is_empty() {
             look_at(&mut faces, &wanted, self.frames, &self.assets.landmarker, self.progress)?;
             wanted = comings_and_goings(&faces);
         }
         if !(0..count).any(|frame| faces.face(frame).is_some()) && step > 1 {
             // A face that is there for a moment only.
-            let between: Vec<usize> =
-                spread(count, step.div_ceil(2)).into_iter().filter(|&f| faces.look(f).is_none()).collect();
+            let more = self.frames.films().flat_map(|film| spread(&film, step.div_ceil(2)));
+            let between: Vec<usize> = more.filter(|&f| faces.look(f).is_none()).collect();
             look_at(&mut faces, &between, self.frames, &self.assets.landmarker, self.progress)?;
         }
         Ok(faces)
@@ -185,10 +186,9 @@ fn is_far(a: &Transform, b: &Transform) -> bool {
     a.angle_to(b) > FAR_RAD || shift(0).hypot(shift(1)) > FAR_SHIFT * eyes
 }
 
-/// Every `step`-th frame, and the last one.
-fn spread(count: usize, step: usize) -> Vec<usize> {
-    let frames: BTreeSet<usize> = (0..count).step_by(step.max(1)).chain([count - 1]).collect();
-    frames.into_iter().collect()
+/// Every `step`-th frame of a film, and the last one: nothing is sought between the end of a film and the beginning of the next.
+fn spread(film: &Range<usize>, step: usize) -> BTreeSet<usize> {
+    film.clone().step_by(step.max(1)).chain(film.clone().last()).collect()
 }
 
 /// The middles between looks of which only one saw the face.

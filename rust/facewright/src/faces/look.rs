@@ -35,8 +35,12 @@ pub fn look_at(
     progress: &Progress,
 ) -> Result<(), FacewrightError> {
     let eyes = Eyes { frames, landmarker, progress, done: AtomicUsize::new(0), total: wanted.len() };
-    let looks = if faces.looked().is_empty() { eyes.first(wanted)? } else { eyes.further(faces, wanted)? };
-    wanted.iter().zip(looks).for_each(|(&frame, look)| faces.frames[frame].look = Some(look));
+    let is_first = faces.looked().is_empty();
+    for film in frames.films() {
+        let wanted: Vec<usize> = wanted.iter().copied().filter(|frame| film.contains(frame)).collect();
+        let looks = if is_first { eyes.first(&wanted)? } else { eyes.further(faces, &wanted)? };
+        wanted.iter().zip(looks).for_each(|(&frame, look)| faces.frames[frame].look = Some(look));
+    }
     Ok(())
 }
 
@@ -95,7 +99,8 @@ impl Eyes<'_> {
     fn further(&self, faces: &Faces, wanted: &[usize]) -> Result<Vec<Look>, FacewrightError> {
         let seen: Vec<usize> = faces.looked().into_iter().filter(|&frame| faces.face(frame).is_some()).collect();
         let look = |&frame: &usize| {
-            let nearest = seen.iter().min_by_key(|&&other| other.abs_diff(frame));
+            let of_film = seen.iter().filter(|&&other| self.frames.is_one_film(other, frame));
+            let nearest = of_film.min_by_key(|&&other| other.abs_diff(frame));
             self.look(frame, nearest.and_then(|&other| faces.face(other)), false)
         };
         wanted.par_iter().map(look).collect()

@@ -3,6 +3,7 @@
 use super::Clip;
 use crate::FacewrightError;
 use geometry::Transform;
+use nalgebra::Rotation3;
 use std::collections::BTreeMap;
 
 /// Keys that tell whether a face is quiet.
@@ -25,7 +26,8 @@ impl Chosen {
     pub fn of(clip: &Clip, poses: &[Option<Transform>]) -> Result<Self, FacewrightError> {
         let mut candidates = candidates(clip);
         candidates.iter_mut().zip(poses).for_each(|(candidate, pose)| {
-            *candidate = candidate.take().zip(*pose).map(|(c, cam_from_head)| Candidate { cam_from_head, ..c });
+            let seen_from = |cam_from_head: Transform| directed(clip, cam_from_head);
+            *candidate = candidate.take().zip(*pose).map(|(c, pose)| Candidate { cam_from_head: seen_from(pose), ..c });
         });
         let mut verdicts = select(&candidates, &SelectOptions::default());
         for (frame, verdict) in verdicts.iter_mut().enumerate() {
@@ -50,7 +52,8 @@ impl Chosen {
     fn checked(mut self, clip: &Clip) -> Result<Self, FacewrightError> {
         self.frames = (0..self.verdicts.len()).filter(|&frame| self.verdicts[frame].is_ok()).collect();
         if self.frames.len() < 2 {
-            let all: Vec<Transform> = clip.known.frames.iter().flatten().map(|known| known.cam_from_head).collect();
+            let known = clip.known.frames.iter().flatten();
+            let all: Vec<Transform> = known.map(|known| directed(clip, known.cam_from_head)).collect();
             if all.len() > 1 {
                 check_turn(&all)?;
             }
@@ -61,10 +64,20 @@ impl Chosen {
                 reasons,
             });
         }
-        let poses: Vec<Transform> = self.frames.iter().map(|&frame| clip.pose(frame)).collect();
+        let poses: Vec<Transform> = self.frames.iter().map(|&frame| directed(clip, clip.pose(frame))).collect();
         check_turn(&poses)?;
         Ok(self)
     }
+}
+
+/// A pose by which frames are compared. Cameras side by side see a head from different directions, however they are turned: the
+/// pose is that of a camera at the same place which looks at the head. A single camera's poses stay.
+fn directed(clip: &Clip, cam_from_head: Transform) -> Transform {
+    if clip.frames.films().count() < 2 {
+        return cam_from_head;
+    }
+    let towards = Rotation3::rotation_between(&cam_from_head.translation, &geometry::Vec3::z());
+    Transform::new(towards.unwrap_or_else(Rotation3::identity), geometry::Vec3::zeros()) * cam_from_head
 }
 
 /// What frames are chosen by; `None` where there is no face, or nobody looked.
@@ -259,7 +272,6 @@ pub fn median(values: impl Iterator<Item = f64>) -> f64 {
 mod tests {
     use super::*;
     use geometry::Vec3;
-    use nalgebra::Rotation3;
 
     fn looking(yaw_deg: f64) -> Candidate {
         let facing = Rotation3::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI);

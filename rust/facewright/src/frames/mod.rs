@@ -4,15 +4,19 @@
 //! whatever their depth. What was decoded is kept as far as memory allows ([`store`]): a short clip is decoded once, a long one
 //! never stands in memory as a whole.
 
+mod films;
 mod store;
+mod straight;
 
 use crate::FacewrightError;
+use films::Film;
 use geometry::Progress;
 use image::{DynamicImage, ImageDecoder, ImageReader, RgbImage, imageops};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
 use store::Store;
+pub(crate) use straight::resampled;
 use tempfile::TempDir;
 use vision::pyramid::Pyramid;
 
@@ -48,6 +52,8 @@ pub struct FrameSet {
     pub height: u32,
     /// Focal length in pixels where the first frame's EXIF tells it.
     pub exif_focal: Option<f64>,
+    /// The films that the frames are of, one after the other.
+    films: Vec<Film>,
     pictures: Store<RgbImage>,
     pyramids: Store<Pyramid>,
     _decoded: Option<TempDir>,
@@ -100,7 +106,8 @@ impl FrameSet {
     /// Frames that are known to be there and of one size.
     pub(crate) fn of(frames: Vec<Frame>, width: u32, height: u32) -> Self {
         let (pictures, pyramids) = (Store::new(frames.len(), PICTURES_ROOM), Store::new(frames.len(), PYRAMIDS_ROOM));
-        Self { frames, width, height, exif_focal: None, pictures, pyramids, _decoded: None }
+        let films = vec![Film { frames: 0..frames.len(), map: None }];
+        Self { frames, width, height, exif_focal: None, films, pictures, pyramids, _decoded: None }
     }
 
     /// Refuses, in words, what was made of another clip: of other names, or another size.
@@ -132,7 +139,11 @@ impl FrameSet {
 
     /// Decodes frame `i`, for those who need it once.
     pub fn load(&self, i: usize) -> Result<RgbImage, FacewrightError> {
-        load_picture(&self.frames[i].path)
+        let picture = load_picture(&self.frames[i].path)?;
+        Ok(match self.film_of(i).and_then(|film| film.map.as_ref()) {
+            Some(map) => resampled(&picture, map),
+            None => picture,
+        })
     }
 
     /// Frame `i`, decoded now or before.

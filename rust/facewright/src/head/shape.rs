@@ -9,8 +9,6 @@ use head::fit::{CloudFrame, CloudPoint, FitOptions, HeadFit, HeadSize, fit_cloud
 
 /// Fewer skin points than this do not improve on the landmarks.
 const LEAST_POINTS: usize = 40;
-/// A point in fewer frames tells no shape.
-const LEAST_SEEN: usize = 3;
 
 /// The frames that shape and texture are taken from: of those that the points of a motion pose, if they are enough to tell shape.
 ///
@@ -19,7 +17,7 @@ const LEAST_SEEN: usize = 3;
 pub fn choose(clip: &Clip, motion: &HeadMotion) -> Result<Chosen, FacewrightError> {
     let by_points: Vec<Option<Transform>> = motion.frames.iter().map(|frame| frame.cam_from_head).collect();
     let by_landmarks: Vec<Option<Transform>> = (0..clip.frames.len()).map(|frame| clip.known.pose(frame)).collect();
-    let is_enough = cloud(motion).len() >= LEAST_POINTS;
+    let is_enough = cloud(motion, clip.frames.fewest_sightings()).len() >= LEAST_POINTS;
     Chosen::of(clip, if is_enough { &by_points } else { &by_landmarks })
 }
 
@@ -37,7 +35,7 @@ pub fn measure(
 ) -> Result<Measured, FacewrightError> {
     progress.stage("shape")?;
     let poses: Vec<Option<Transform>> = motion.frames.iter().map(|frame| frame.cam_from_head).collect();
-    let cloud = cloud(motion);
+    let cloud = cloud(motion, clip.frames.fewest_sightings());
     if cloud.len() < LEAST_POINTS {
         return Ok(by_landmarks(clip, chosen));
     }
@@ -62,8 +60,8 @@ pub fn measure(
 }
 
 /// Points that move with the skull and are certain enough to tell shape.
-fn cloud(motion: &HeadMotion) -> Vec<CloudPoint> {
-    let fixed = motion.points.iter().filter(|point| !point.moves && point.frames >= LEAST_SEEN);
+fn cloud(motion: &HeadMotion, fewest_frames: usize) -> Vec<CloudPoint> {
+    let fixed = motion.points.iter().filter(|point| !point.moves && point.frames >= fewest_frames);
     fixed.map(|point| CloudPoint { position: point.position(), covariance: point.covariance() }).collect()
 }
 

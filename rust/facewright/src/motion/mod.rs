@@ -3,6 +3,7 @@
 //! # Entry points
 //! - [`solve_motion`] with [`MotionOptions`]; [`HeadMotion`] is what `motion.json` holds.
 //! - [`solve_motion_on_rig`]: the same with the size that the places of several cameras give.
+//! - [`solve_on_films`]: all films of a rig at once, as `reconstruct` takes them.
 //!
 //! # Conventions
 //! Those of [`geometry`]; the head frame is that of the landmarks' head, placed by the poses of the tracks.
@@ -12,6 +13,7 @@
 //! take part where they are still and are left out where they talk (`rigid`); what is rigid gives the motion; then the
 //! size (`scale`) and what is said of it (`report`).
 
+mod films;
 mod frames;
 mod head_motion;
 mod report;
@@ -23,6 +25,7 @@ use crate::clock::Clock;
 use crate::faces::{check_turn, median};
 use crate::{CameraSource, FacewrightError, Region, SizeOptions, SourcedCamera, Tracks};
 use clap::Args;
+pub(crate) use films::{Rig, solve_on_films};
 use geometry::{Camera, Progress, Transform};
 pub use head_motion::{FrameMotion, HeadMotion, PointMotion, Roughness};
 use motion::bundle::{FocalPrior, PointPrior};
@@ -83,7 +86,7 @@ pub fn solve_motion(
     let start: Vec<Option<Transform>> = first.poses.iter().map(|pose| pose.as_ref().ok().copied()).collect();
     let last = problem.solve(&rigid, &first.camera, (&poses, Some(&start)), progress)?;
     clock.lap("motion");
-    report::report(tracks, &problem, last, &judged, options, clock)
+    report::report(tracks, &problem, last, &judged, (options, None), clock)
 }
 
 /// Refuses what cannot be solved before anything is.
@@ -117,7 +120,12 @@ struct Problem {
     tracks: Vec<PointTrack>,
     camera: SourcedCamera,
     options: SequenceOptions,
+    /// A point in fewer frames tells no shape.
+    fewest_frames: usize,
 }
+
+/// A point of one camera's film in fewer frames than this tells no shape.
+const LEAST_SEEN: usize = 3;
 
 impl Problem {
     fn new(tracks: &Tracks, camera: SourcedCamera) -> Self {
@@ -135,7 +143,8 @@ impl Problem {
         };
         let of_track =
             |track: &crate::PointTrack| PointTrack { observations: track.observations.iter().map(sighting).collect() };
-        Self { tracks: tracks.tracks.iter().map(of_track).collect(), camera, options: solver }
+        let of_tracks = tracks.tracks.iter().map(of_track).collect();
+        Self { tracks: of_tracks, camera, options: solver, fewest_frames: LEAST_SEEN }
     }
 
     /// The motion by the tracks that take part, from the landmarks' poses and better ones to begin with; points keep the

@@ -3,7 +3,7 @@
 use super::frames::frames;
 use super::head_motion::{FrameMotion, HeadMotion, PointMotion, Roughness};
 use super::rigid::{Judged, place};
-use super::scale::{by_landmarks, by_lengths};
+use super::scale::{Size, by_landmarks, by_lengths};
 use super::{MotionOptions, Problem};
 use crate::clock::Clock;
 use crate::faces::{median, tally};
@@ -17,28 +17,28 @@ use std::collections::BTreeMap;
 const NAMED: usize = 5;
 /// Least part of the frames with points that a motion must explain.
 const LEAST_USED: f64 = 0.2;
-/// A point in fewer frames tells no shape.
-const LEAST_SEEN: usize = 3;
 /// A focal length less certain than this is warned of, as part of it.
 const VAGUE_FOCAL: f64 = 0.1;
 
-/// Puts the result together: points, size, frames, and what to say of them.
+/// Puts the result together: points, size (that of the options unless it is `known`), frames, and what to say of them.
 pub(super) fn report(
     tracks: &Tracks,
     problem: &Problem,
     mut motion: Sequence,
     judged: &[Judged],
-    options: &MotionOptions,
+    (options, known): (&MotionOptions, Option<Size>),
     mut clock: Clock,
 ) -> Result<HeadMotion, FacewrightError> {
     let points = points(tracks, problem, &motion, judged);
     let frames = frames(tracks, &motion, &middle(&points), problem.options.threshold_px);
     check_enough(tracks, &frames)?;
     let poses: Vec<Option<Transform>> = frames.iter().map(|frame| frame.cam_from_head).collect();
-    let size = if options.size.lengths.is_empty() {
-        by_landmarks(tracks, &poses, &motion.camera, options.size.interocular())?
-    } else {
-        by_lengths(&points, &options.size.lengths)?
+    let size = match known {
+        Some(size) => size,
+        None if options.size.lengths.is_empty() => {
+            by_landmarks(tracks, &poses, &motion.camera, options.size.interocular())?
+        }
+        None => by_lengths(&points, &options.size.lengths)?,
     };
     let focal_sigma_px = motion.focal_sigma_px.take();
     clock.lap("report");
@@ -81,7 +81,7 @@ fn check_enough(tracks: &Tracks, frames: &[FrameMotion]) -> Result<(), Facewrigh
 }
 
 fn points(tracks: &Tracks, problem: &Problem, motion: &Sequence, judged: &[Judged]) -> Vec<PointMotion> {
-    let covariances = covariances(motion);
+    let covariances = covariances(motion, problem.fewest_frames);
     let point = |(k, track): (usize, &crate::PointTrack)| {
         let fit = motion.report.points[k];
         let rigid = motion.points[k]
@@ -105,9 +105,9 @@ fn points(tracks: &Tracks, problem: &Problem, motion: &Sequence, judged: &[Judge
     tracks.tracks.iter().enumerate().filter_map(point).collect()
 }
 
-/// Covariance of each point that at least three frames tell, the poses being where they are, mm² along the head's axes. The
+/// Covariance of each point that enough frames tell, the poses being where they are, mm² along the head's axes. The
 /// tracker's own deviations know nothing of what changes between frames: they are scaled to what the bundle found.
-fn covariances(motion: &Sequence) -> Vec<Option<[f64; 6]>> {
+fn covariances(motion: &Sequence, fewest_frames: usize) -> Vec<Option<[f64; 6]>> {
     let mut information = vec![(Mat3::zeros(), 0_usize); motion.points.len()];
     for o in &motion.observations {
         let (Ok(pose), Some(point)) = (&motion.poses[o.frame], &motion.points[o.point]) else { continue };
@@ -118,7 +118,7 @@ fn covariances(motion: &Sequence) -> Vec<Option<[f64; 6]>> {
         *count += 1;
     }
     let covariance = |(sum, count): &(Mat3, usize)| {
-        let found = sum.try_inverse().filter(|_| *count >= LEAST_SEEN)? * (1e6 * motion.report.excess);
+        let found = sum.try_inverse().filter(|_| *count >= fewest_frames)? * (1e6 * motion.report.excess);
         Some([found[(0, 0)], found[(0, 1)], found[(0, 2)], found[(1, 1)], found[(1, 2)], found[(2, 2)]])
     };
     information.iter().map(covariance).collect()

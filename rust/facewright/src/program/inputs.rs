@@ -1,6 +1,6 @@
 //! Files that commands read, and places that they write to.
 
-use crate::{Faces, FacewrightError, FrameSet, HeadMotion, SourcedCamera, check_folder};
+use crate::{Faces, FacewrightError, FrameSet, HeadMotion, RigFrames, SourcedCamera, check_folder};
 use geometry::Progress;
 use std::path::{Path, PathBuf};
 
@@ -11,6 +11,34 @@ const PARTS: [f64; 2] = [0.03, 0.97];
 pub fn open(inputs: &[PathBuf], progress: &Progress) -> Result<(FrameSet, Progress), FacewrightError> {
     let [opening, working] = progress.split(&PARTS);
     Ok((FrameSet::open(inputs, &opening)?, working))
+}
+
+/// Whether frames are told apart by a rig's cameras, as in `left=DIR`; a file of such a name is a file.
+pub(super) fn is_of_rig(inputs: &[PathBuf]) -> bool {
+    !inputs.is_empty() && inputs.iter().all(|input| !input.exists() && named(input).is_some())
+}
+
+fn named(input: &Path) -> Option<(&str, &str)> {
+    input.to_str()?.split_once('=').filter(|(name, frames)| !name.is_empty() && !frames.is_empty())
+}
+
+/// Opens the frames of a rig's cameras from `NAME=FRAMES`, several of one name together; also what is left of the progress.
+pub fn open_films(inputs: &[PathBuf], progress: &Progress) -> Result<(Vec<RigFrames>, Progress), FacewrightError> {
+    let [opening, working] = progress.split(&PARTS);
+    let mut all: Vec<(&str, Vec<PathBuf>)> = Vec::new();
+    for input in inputs {
+        let wrong = FacewrightError::Option { name: "frames of a rig", expected: "NAME=FRAMES, like left=DIR" };
+        let (name, frames) = named(input).ok_or(wrong)?;
+        match all.iter_mut().find(|(other, _)| *other == name) {
+            Some((_, others)) => others.push(frames.into()),
+            None => all.push((name, vec![frames.into()])),
+        }
+    }
+    let parts = opening.split_evenly(all.len());
+    let film = |((name, inputs), part): (&(&str, Vec<PathBuf>), &Progress)| {
+        Ok(RigFrames { camera: (*name).to_owned(), frames: FrameSet::open(inputs, part)? })
+    };
+    Ok((all.iter().zip(&parts).map(film).collect::<Result<_, FacewrightError>>()?, working))
 }
 
 /// A calibrated camera, where one is given.

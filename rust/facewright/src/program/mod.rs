@@ -23,7 +23,7 @@ mod watch;
 pub use board::BoardCommand;
 pub use calibrate::CalibrateCommand;
 pub use faces::FacesCommand;
-pub use inputs::{check_output, motion as read_motion, open as open_frames};
+pub use inputs::{check_output, motion as read_motion, open as open_frames, open_films};
 pub use markdown::help_markdown;
 pub use matches::{MatchCommand, draw_match};
 pub use motion::MotionCommand;

@@ -1,8 +1,8 @@
 //! `facewright overlay`.
 
-use super::inputs::open;
+use super::inputs::{is_of_rig, open, open_films};
 use super::summary::Summary;
-use crate::{FacewrightError, check_folder, overlay};
+use crate::{FacewrightError, check_folder, overlay, overlay_on_rig};
 use clap::Args;
 use geometry::Progress;
 use serde::Serialize;
@@ -14,7 +14,7 @@ use std::path::PathBuf;
 pub struct OverlayCommand {
     /// Result folder of `reconstruct`
     result: PathBuf,
-    /// The frames it was made from
+    /// The frames it was made from; of a rig those of any of its cameras: left=FRAMES right=FRAMES
     #[arg(required = true)]
     frames: Vec<PathBuf>,
     /// Folder to write to
@@ -25,9 +25,15 @@ pub struct OverlayCommand {
 impl OverlayCommand {
     pub(super) fn run(&self, progress: &Progress) -> Result<Summary, FacewrightError> {
         check_folder(&self.output)?;
-        let (frames, progress) = open(&self.frames, progress)?;
-        let drawn = overlay(&self.result, &frames, &self.output, &progress)?;
-        let text = format!("{}: {} of {} frames drawn", self.output.display(), drawn.len(), frames.len());
+        let (drawn, count) = if is_of_rig(&self.frames) {
+            let (films, progress) = open_films(&self.frames, progress)?;
+            let count = films.iter().map(|film| film.frames.len()).sum();
+            (overlay_on_rig(&self.result, &films, &self.output, &progress)?, count)
+        } else {
+            let (frames, progress) = open(&self.frames, progress)?;
+            (overlay(&self.result, &frames, &self.output, &progress)?, frames.len())
+        };
+        let text = format!("{}: {} of {count} frames drawn", self.output.display(), drawn.len());
         Ok(Summary { text, json: json!({ "drawn": drawn }) })
     }
 }

@@ -1,8 +1,11 @@
 //! `facewright reconstruct`.
 
-use super::inputs::{camera, faces, motion, open};
+use super::inputs::{camera, faces, motion, open, open_films};
 use super::summary::{Summary, listed};
-use crate::{Assets, FacewrightError, Given, ReconstructOptions, Tracks, check_folder, reconstruct};
+use crate::{
+    Assets, CalibratedRig, FacewrightError, Given, ReconstructOptions, Reconstruction, Tracks, check_folder,
+    reconstruct, reconstruct_on_rig,
+};
 use clap::Args;
 use geometry::Progress;
 use serde::Serialize;
@@ -12,9 +15,12 @@ use std::path::{Path, PathBuf};
 /// Reconstructs the head
 #[derive(Clone, Debug, Args, Serialize)]
 pub struct ReconstructCommand {
-    /// Image files, a folder, or a video
+    /// Image files, a folder, or a video; with --rig of each of its cameras: left=FRAMES right=FRAMES
     #[arg(required = true)]
     frames: Vec<PathBuf>,
+    /// Calibrated cameras that filmed the head at the same moments, or took one photograph each: their places give its poses and size
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["camera", "faces", "tracks", "motion", "interocular_mm", "lengths"])]
+    rig: Option<PathBuf>,
     /// Calibrated camera; without it the focal length is estimated
     #[arg(long)]
     camera: Option<PathBuf>,
@@ -37,6 +43,18 @@ pub struct ReconstructCommand {
 
 impl ReconstructCommand {
     pub(super) fn run(&self, assets: &Path, progress: &Progress) -> Result<Summary, FacewrightError> {
+        let result = match &self.rig {
+            Some(rig) => self.on_rig(rig, assets, progress)?,
+            None => self.of_one(assets, progress)?,
+        };
+        result.write(&self.output)?;
+        let (frames, warnings) = (&result.report.frames, listed(&result.report.warnings));
+        let used = frames.iter().filter(|f| f.used).count();
+        let text = format!("{}: {used} of {} frames used{warnings}", self.output.display(), frames.len());
+        Ok(Summary { text, json: json!(result.report) })
+    }
+
+    fn of_one(&self, assets: &Path, progress: &Progress) -> Result<Reconstruction, FacewrightError> {
         let given = Given {
             camera: camera(self.camera.as_deref())?,
             tracks: self.tracks.as_deref().map(Tracks::read).transpose()?,
@@ -45,11 +63,13 @@ impl ReconstructCommand {
         };
         check_folder(&self.output)?;
         let (frames, progress) = open(&self.frames, progress)?;
-        let result = reconstruct(&frames, &Assets::load(assets)?, &given, &self.options, &progress)?;
-        result.write(&self.output)?;
-        let used = result.report.frames.iter().filter(|f| f.used).count();
-        let warnings = listed(&result.report.warnings);
-        let text = format!("{}: {used} of {} frames used{warnings}", self.output.display(), frames.len());
-        Ok(Summary { text, json: json!(result.report) })
+        reconstruct(&frames, &Assets::load(assets)?, &given, &self.options, &progress)
+    }
+
+    fn on_rig(&self, rig: &Path, assets: &Path, progress: &Progress) -> Result<Reconstruction, FacewrightError> {
+        let rig = CalibratedRig::read(rig)?;
+        check_folder(&self.output)?;
+        let (films, progress) = open_films(&self.frames, progress)?;
+        reconstruct_on_rig(&films, &rig, &Assets::load(assets)?, &self.options, &progress)
     }
 }

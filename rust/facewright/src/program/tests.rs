@@ -62,6 +62,33 @@ fn a_reconstruction_takes_what_others_found_and_lengths() {
 }
 
 #[test]
+fn a_reconstruction_takes_the_films_of_a_rig() {
+    let made = &json("reconstruct left=a.mp4 right=b.mp4 --rig rig.json -o out")["reconstruct"];
+    assert_eq!((&made["rig"], &made["frames"][1]), (&"rig.json".into(), &"right=b.mp4".into()));
+    for other in ["--camera c.json", "--tracks t.json", "--motion m.json", "--interocular-mm 63", "--length 1:2=9"] {
+        let told = read(&format!("reconstruct left=a right=b --rig rig.json {other} -o out")).unwrap_err().to_string();
+        assert!(told.contains("cannot be used with"), "{told}");
+    }
+}
+
+#[test]
+fn frames_of_a_rig_have_the_names_of_its_cameras() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = |name: &str| {
+        let path = folder.path().join(name);
+        image::GrayImage::new(8, 6).save(&path).unwrap();
+        path.display().to_string()
+    };
+    let (a, b, c) = (picture("a.png"), picture("b.png"), picture("c.png"));
+    let inputs = [format!("left={a}"), format!("right={c}"), format!("left={b}")].map(PathBuf::from);
+    let films = open_films(&inputs, &Progress::new()).unwrap().0;
+    let named: Vec<(&str, usize)> = films.iter().map(|film| (&film.camera[..], film.frames.len())).collect();
+    assert_eq!(named, [("left", 2), ("right", 1)]);
+    let error = open_films(&[PathBuf::from(a)], &Progress::new()).unwrap_err().to_string();
+    assert!(error.contains("NAME=FRAMES, like left=DIR"), "{error}");
+}
+
+#[test]
 fn wrong_usage_is_told() {
     let told = |line: &str| read(line).unwrap_err().to_string();
     assert!(told("board --inner 2x6").contains("two numbers of at least 3, like 9x6"));

@@ -5,9 +5,9 @@ mod overlay;
 mod parts;
 mod report;
 
-pub use overlay::overlay;
+pub use overlay::{overlay, overlay_on_rig};
 pub use parts::PartShape;
-pub use report::{FitReport, FrameReport, Report, Scale, TextureReport};
+pub use report::{FitReport, FrameReport, Report, ReportCamera, Scale, TextureReport};
 
 use crate::FacewrightError;
 use crate::files::{json_text, png, unwritable, write_together};

@@ -2,8 +2,8 @@
 
 use super::Report;
 use crate::files::{png, write_together};
-use crate::{FacewrightError, FrameSet};
-use geometry::{Progress, Vec2, Vec3};
+use crate::{FacewrightError, FrameSet, RigFrames};
+use geometry::{Camera, Progress, Vec2, Vec3};
 use head::part;
 use image::{Rgba, RgbaImage};
 use rayon::prelude::*;
@@ -25,6 +25,9 @@ struct Node {
 
 /// Draws the head of a result folder as it lies over each frame that has a pose: RGBA PNG of the frame's name and size,
 /// transparent where the head is not, lit as the frames were. Gives back the names of the frames drawn.
+///
+/// # Errors
+/// [`FacewrightError::NoResult`], [`FacewrightError::OtherCamera`]; [`FacewrightError::RigResult`] for the result of a rig.
 pub fn overlay(
     result: &Path,
     frames: &FrameSet,
@@ -32,27 +35,77 @@ pub fn overlay(
     progress: &Progress,
 ) -> Result<Vec<String>, FacewrightError> {
     let report = Report::read(&result.join("report.json"))?;
-    let camera = report.camera.camera;
-    if (camera.width, camera.height) != (frames.width, frames.height) {
-        let (camera_width, camera_height) = (camera.width, camera.height);
-        let (width, height) = (frames.width, frames.height);
-        return Err(FacewrightError::OtherCamera { camera_width, camera_height, width, height });
+    if !report.rig.is_empty() {
+        return Err(rig_result(&report));
     }
+    let film = Film { name: String::new(), frames, camera: report.camera.camera };
+    draw(result, &report, &[film], folder, progress)
+}
+
+/// The same for the result of a rig, over the frames of some of its cameras as they were filmed; the pictures have the names of the
+/// report, `left_0012` for frame `0012` of camera `left`.
+///
+/// # Errors
+/// As those of [`overlay()`]; [`FacewrightError::RigCamera`] for a camera that took no part.
+pub fn overlay_on_rig(
+    result: &Path,
+    films: &[RigFrames],
+    folder: &Path,
+    progress: &Progress,
+) -> Result<Vec<String>, FacewrightError> {
+    let report = Report::read(&result.join("report.json"))?;
+    let of_films = films.iter().map(|film| Film::of(film, &report)).collect::<Result<Vec<_>, FacewrightError>>()?;
+    draw(result, &report, &of_films, folder, progress)
+}
+
+fn rig_result(report: &Report) -> FacewrightError {
+    let names: Vec<&str> = report.rig.iter().map(|camera| camera.name.as_str()).collect();
+    FacewrightError::RigResult { first: names[0].to_owned(), known: names.join(", ") }
+}
+
+/// Frames of one camera.
+struct Film<'a> {
+    /// What the report's names of its frames begin with.
+    name: String,
+    frames: &'a FrameSet,
+    camera: Camera,
+}
+
+impl<'a> Film<'a> {
+    fn of(film: &'a RigFrames, report: &Report) -> Result<Self, FacewrightError> {
+        let known = || report.rig.iter().map(|camera| camera.name.as_str()).collect::<Vec<_>>().join(", ");
+        let camera = report.rig.iter().find(|camera| camera.name == film.camera);
+        let camera = camera.ok_or_else(|| FacewrightError::RigCamera { name: film.camera.clone(), known: known() })?;
+        Ok(Self { name: format!("{}_", film.camera), frames: &film.frames, camera: camera.camera })
+    }
+}
+
+fn draw(
+    result: &Path,
+    report: &Report,
+    films: &[Film],
+    folder: &Path,
+    progress: &Progress,
+) -> Result<Vec<String>, FacewrightError> {
+    films.iter().try_for_each(|film| film.frames.check_camera(&film.camera))?;
     let nodes = read_nodes(&result.join("head.glb"))?;
     let layers: Vec<Layer> = nodes.iter().map(Node::layer).collect();
     let painter = Painter::new(&layers)?;
     progress.stage("overlay")?;
-    let done = AtomicUsize::new(0);
-    let draw = |frame: &crate::Frame| -> Result<Option<(PathBuf, Vec<u8>)>, FacewrightError> {
-        progress.step(done.fetch_add(1, Ordering::Relaxed), frames.len())?;
-        let pose = report.frames.iter().find(|f| f.name == frame.name).and_then(|f| f.cam_from_head);
+    let (done, total) = (AtomicUsize::new(0), films.iter().map(|film| film.frames.len()).sum());
+    let draw = |(film, frame): (&Film, &crate::Frame)| -> Result<Option<(PathBuf, Vec<u8>)>, FacewrightError> {
+        progress.step(done.fetch_add(1, Ordering::Relaxed), total)?;
+        let name = format!("{}{}", film.name, frame.name);
+        let pose = report.frames.iter().find(|f| f.name == name).and_then(|f| f.cam_from_head);
         let Some(pose) = pose else { return Ok(None) };
-        let gain = report.texture.gains.get(&frame.name).copied().unwrap_or([1.0; 3]);
+        let gain = report.texture.gains.get(&name).copied().unwrap_or([1.0; 3]);
         let options = DrawOptions { shading: report.texture.shading.as_ref(), gain, ..DrawOptions::default() };
-        let picture = painter.draw(&camera, &pose, &options)?;
-        Ok(Some((PathBuf::from(format!("{}.png", frame.name)), png(&picture)?)))
+        let picture = painter.draw(&film.camera, &pose, &options)?;
+        Ok(Some((PathBuf::from(format!("{name}.png")), png(&picture)?)))
     };
-    let drawn: Result<Vec<_>, _> = frames.frames.par_iter().map(draw).collect();
+    let all: Vec<(&Film, &crate::Frame)> =
+        films.iter().flat_map(|film| film.frames.frames.iter().map(move |frame| (film, frame))).collect();
+    let drawn: Result<Vec<_>, _> = all.into_par_iter().map(draw).collect();
     let files: Vec<_> = drawn?.into_iter().flatten().collect();
     write_together(folder, &files)?;
     Ok(files.iter().map(|(name, _)| name.with_extension("").display().to_string()).collect())

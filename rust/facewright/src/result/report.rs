@@ -23,6 +23,15 @@ pub struct FrameReport {
     pub reprojection_rms_px: Option<f64>,
 }
 
+/// A camera of a rig.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReportCamera {
+    /// Its name.
+    pub name: String,
+    /// The camera as it filmed.
+    pub camera: Camera,
+}
+
 /// The size of the head and what it rests on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scale {
@@ -107,9 +116,12 @@ pub struct Report {
     pub version: String,
     /// Chain of steps.
     pub method: Method,
-    /// The camera.
+    /// The camera. With a rig, that of all its cameras' frames without distortion.
     pub camera: SourcedCamera,
-    /// Every frame given.
+    /// The cameras of a rig; empty for a single camera.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rig: Vec<ReportCamera>,
+    /// Every frame given; with a rig `left_0012` for frame `0012` of camera `left`.
     pub frames: Vec<FrameReport>,
     /// Number of measured 3D points.
     pub points: usize,
@@ -139,6 +151,7 @@ impl Report {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             method: Method::Default,
             camera: SourcedCamera { camera: Camera::centred(1, 1, 1.0), source: CameraSource::Estimated },
+            rig: Vec::new(),
             frames: Vec::new(),
             points: 0,
             landmarks68: Vec::new(),

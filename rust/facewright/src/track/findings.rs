@@ -9,8 +9,6 @@ use vision::track::Status;
 
 /// A point that is found in fewer than this part of the frames that should show it is no point of the skin.
 const RELIABLE: f64 = 0.4;
-/// Fewer frames than this make no track.
-const FEWEST: usize = 3;
 
 /// Why a point was not found in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,9 +104,9 @@ impl Findings {
         }
     }
 
-    /// The points that were found in some frames.
-    pub fn tracks(&self) -> Vec<PointTrack> {
-        let kept = self.0.iter().enumerate().filter(|(_, p)| p.findings.iter().filter(|f| f.is_ok()).count() >= FEWEST);
+    /// The points that were found in at least so many frames.
+    pub fn tracks(&self, fewest: usize) -> Vec<PointTrack> {
+        let kept = self.0.iter().enumerate().filter(|(_, p)| p.findings.iter().filter(|f| f.is_ok()).count() >= fewest);
         kept.map(|(id, point)| point.track(id)).collect()
     }
 }
@@ -154,7 +152,7 @@ mod tests {
     #[test]
     fn gaps_are_runs_of_one_reason() {
         let found = findings(&[None, Some(HIDDEN), Some(HIDDEN), Some(FAILED), None, Some(FAILED), None]);
-        let tracks = found.tracks();
+        let tracks = found.tracks(3);
         let gaps: Vec<(usize, usize)> = tracks[0].gaps.iter().map(|gap| (gap.first, gap.last)).collect();
         assert_eq!(gaps, [(1, 2), (3, 3), (5, 5)]);
         assert_eq!(tracks[0].gaps[1].reason, "covered or changed");
@@ -168,7 +166,7 @@ mod tests {
         for (loss, left) in [(FAILED, 0), (HIDDEN, 1)] {
             let mut found = findings(&mostly(loss));
             found.drop_unreliable();
-            assert_eq!(found.tracks().len(), left);
+            assert_eq!(found.tracks(3).len(), left);
         }
     }
 }

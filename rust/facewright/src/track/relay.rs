@@ -77,7 +77,8 @@ fn way(
         let scenes: Vec<Option<Scene>> =
             pairs.par_iter().map(|(shot, surface)| Some(sequence.scene(shot.as_ref()?, surface.as_ref()?))).collect();
         for k in 1..piece.len() {
-            if let (Some(from), Some(to)) = (&scenes[k - 1], &scenes[k]) {
+            let is_cut = !sequence.clip.frames.is_one_film(piece[k - 1], piece[k]);
+            if let (Some(from), Some(to), false) = (&scenes[k - 1], &scenes[k], is_cut) {
                 let step = Step { references, findings, from, to, frames: (piece[k - 1], piece[k]) };
                 step.hand_on(sequence, &mut relayed)?;
             }

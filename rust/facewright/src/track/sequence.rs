@@ -338,7 +338,7 @@ impl<'a> Sequence<'a> {
 
     /// The tracks as they are written.
     fn report(&self, camera: SourcedCamera, window: usize, findings: &Findings) -> Tracks {
-        let tracks: Vec<PointTrack> = findings.tracks();
+        let tracks: Vec<PointTrack> = findings.tracks(self.clip.frames.fewest_sightings());
         let mut counts = vec![0; self.len()];
         tracks.iter().flat_map(|t| &t.observations).for_each(|o| counts[o.frame] += 1);
         let frame = |i: usize| {

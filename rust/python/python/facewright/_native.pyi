@@ -891,8 +891,28 @@ def reconstruct(
     found anew. `options` or further keywords are those of :class:`ReconstructOptions`.
     """
 
+def reconstruct_on_rig(
+    films: Sequence[tuple[str, Sequence[Path]]],
+    rig: Rig | str,
+    *,
+    assets: Assets | Path,
+    options: ReconstructOptions | None = None,
+    **fields: Any,
+) -> Job[Reconstruction]:
+    """Reconstruct the head that a rig's cameras filmed at the same moments, or photographed once each, in true size.
+
+    `films` are names of the rig's cameras with the image files, folders or videos of each; `rig` is a Rig, or the text
+    of its file. `options` or further keywords are those of :class:`ReconstructOptions`.
+    """
+
 def overlay(result: Path, frames: Sequence[Path], folder: Path) -> Job[list[str]]:
     """Draw the head of a result folder over its frames, into PNG of the frames' names, which the result lists."""
+
+def overlay_on_rig(result: Path, films: Sequence[tuple[str, Sequence[Path]]], folder: Path) -> Job[list[str]]:
+    """Draw the head that a rig filmed over the frames of its cameras, given as for :func:`reconstruct_on_rig`.
+
+    The PNG have the names of the report's frames, like left_0012, which are the result.
+    """
 
 def generic_head(assets: Assets | Path) -> Reconstruction:
     """The generic head itself, with its own keys and a plain texture."""
