@@ -150,9 +150,9 @@ mod tests {
         for (_, eye) in eyes(&generic, &person) {
             let mut uses: BTreeMap<[u32; 2], usize> = BTreeMap::new();
             for t in mesh::triangulate(&eye.quads[eye.tr.clone()]) {
-                [[0, 1], [1, 2], [2, 0]]
-                    .map(|e| e.map(|k| t[k]))
-                    .map(|[a, b]| *uses.entry([a.min(b), a.max(b)]).or_default() += 1);
+                for [a, b] in [[0, 1], [1, 2], [2, 0]].map(|e| e.map(|k| t[k])) {
+                    *uses.entry([a.min(b), a.max(b)]).or_default() += 1;
+                }
             }
             let border: Vec<[u32; 2]> = uses.iter().filter(|(_, n)| **n == 1).map(|(e, _)| *e).collect();
             let ring = |first: u32, n: u32| (0..n).map(move |k| [first + k, first + (k + 1) % n]);
