@@ -1,56 +1,24 @@
 //! The size of a head from two cameras whose places are known: the true head's own points, seen by both.
 
+mod two_cameras;
+
 use end_to_end::truth::Truth;
 use facewright::{
-    CalibratedCamera, CalibratedRig, CameraSource, FrameTracks, Method, MountedCamera, PointObservation, PointTrack,
-    Region, RigTracks, Schema, SourcedCamera, Tracks, solve_motion_on_rig,
+    CameraSource, FrameTracks, Method, PointObservation, PointTrack, Region, RigTracks, Schema, SourcedCamera, Tracks,
+    solve_motion_on_rig,
 };
 use geometry::{Camera, Progress, Transform, Vec3, mesh::vertex_normals};
-use motion::calibrate::rig::Mount;
-use nalgebra::{Matrix6, Rotation3, Vector6};
+use nalgebra::{Rotation3, Vector6};
 use synthetic::Random;
+use two_cameras::rig;
 
 const POINTS: usize = 150;
 const NOISE_PX: f64 = 0.15;
-/// What the rig's calibration leaves open: turns about each axis, radians, and shifts, metres.
-const MOUNT_SIGMAS: (f64, f64) = (2e-4, 5e-5);
 
 /// The second camera, 120 mm to the right of the first and turned towards the head.
 fn right_from_left() -> Transform {
     let rotation = Rotation3::from_axis_angle(&Vec3::y_axis(), 0.15);
     Transform::new(rotation, rotation * Vec3::new(-0.12, 0.004, 0.002))
-}
-
-fn rig(true_place: Transform) -> CalibratedRig {
-    let mut random = Random::new(21);
-    let (turn, shift) = MOUNT_SIGMAS;
-    let sigmas = [turn, turn, turn, shift, shift, shift];
-    let place = true_place.retract(&Vector6::from_fn(|k, _| sigmas[k] * random.normal()));
-    let covariance = Matrix6::from_fn(|i, j| if i == j { sigmas[i] * sigmas[i] } else { 0.0 });
-    let mounted = |name: &str, camera_from_rig: Transform, covariance: Matrix6<f64>| MountedCamera {
-        name: name.to_owned(),
-        calibrated: CalibratedCamera {
-            schema: Schema,
-            camera: SourcedCamera { camera: lens(), source: CameraSource::Board },
-            rms_px: 0.1,
-            hold_out_rms_px: None,
-            deviations: motion::calibrate::CameraDeviations::default(),
-            bend: None,
-            boards: Vec::new(),
-            images: Vec::new(),
-            warnings: Vec::new(),
-        },
-        mount: Mount {
-            camera_from_rig,
-            rotation_deviations: [turn; 3],
-            translation_deviations: [shift; 3],
-            covariance: std::array::from_fn(|i| std::array::from_fn(|j| covariance[(i, j)])),
-            baseline: camera_from_rig.translation.norm(),
-            baseline_deviation: shift,
-        },
-    };
-    let cameras = vec![mounted("left", Transform::identity(), Matrix6::zeros()), mounted("right", place, covariance)];
-    CalibratedRig { schema: Schema, cameras, rms_px: 0.1, hold_out_rms_px: None, warnings: Vec::new() }
 }
 
 fn lens() -> Camera {
@@ -122,7 +90,8 @@ fn size(motion: &facewright::HeadMotion, truth: &Truth) -> f64 {
 fn the_places_of_two_cameras_give_the_size_whatever_the_landmarks_take_it_for() {
     let truth = Truth::read();
     for sizes in [[1.0, 1.0], [1.07, 0.95], [0.9, 1.1]] {
-        let motion = solve_motion_on_rig(&films(&truth, sizes), &rig(right_from_left()), &Progress::new()).unwrap();
+        let motion =
+            solve_motion_on_rig(&films(&truth, sizes), &rig([lens(); 2], right_from_left()), &Progress::new()).unwrap();
         let (found, sigma) = (size(&motion, &truth), motion.scale.relative_sigma);
         println!("size {found:.5}, said to be good to {sigma:.5}: {}", motion.scale.source);
         assert!(sigma < 0.004 && (found - 1.0).abs() < 2.5 * sigma, "{found} ± {sigma}");
@@ -134,7 +103,7 @@ fn the_places_of_two_cameras_give_the_size_whatever_the_landmarks_take_it_for() 
 fn films_that_do_not_belong_together_are_refused_in_words() {
     let truth = Truth::read();
     let refused = |films: &[RigTracks]| {
-        solve_motion_on_rig(films, &rig(right_from_left()), &Progress::new()).unwrap_err().to_string()
+        solve_motion_on_rig(films, &rig([lens(); 2], right_from_left()), &Progress::new()).unwrap_err().to_string()
     };
     let together = films(&truth, [1.0, 1.0]);
     let mut backwards = together.clone();

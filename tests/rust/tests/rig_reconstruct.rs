@@ -1,28 +1,27 @@
 //! A head from pictures of two cameras whose places are known to their calibrated precision: the true head of the film, with the skin
 //! that a reconstruction has of it, drawn as two cameras with lenses see it.
 
-#![expect(clippy::unwrap_used, reason = "the helpers of tests are tests too")]
+#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "the helpers of tests are tests too")]
+
+mod two_cameras;
 
 use end_to_end::truth::Truth;
 use end_to_end::{assets, clip};
 use facewright::{
-    Assets, CalibratedCamera, CalibratedRig, CameraSource, FrameSet, Given, Method, MountedCamera, ReconstructOptions,
-    Reconstruction, RigFrames, Schema, SizeOptions, SourcedCamera, overlay, overlay_on_rig, reconstruct,
-    reconstruct_on_rig,
+    Assets, CalibratedRig, CameraSource, FrameSet, Given, Method, ReconstructOptions, Reconstruction, RigFrames,
+    SizeOptions, SourcedCamera, overlay, overlay_on_rig, reconstruct, reconstruct_on_rig,
 };
 use geometry::{Camera, Progress, Similarity, Transform, Vec2, Vec3, mesh};
 use head::surface::SkinSurface;
 use head::{GenericHead, part};
 use image::RgbImage;
-use motion::calibrate::rig::Mount;
-use nalgebra::{Matrix6, Rotation3, Vector6};
+use nalgebra::Rotation3;
 use std::path::Path;
 use std::sync::LazyLock;
 use synthetic::Random;
 use texture::{DrawOptions, Layer, Painter, Surface};
+use two_cameras::rig;
 
-/// What the rig's calibration leaves open: turns about each axis, radians, and shifts, metres.
-const MOUNT_SIGMAS: (f64, f64) = (2e-4, 5e-5);
 /// Noise of the pictures, grey levels.
 const NOISE: f64 = 1.0;
 /// What is behind the head.
@@ -43,40 +42,6 @@ fn right_from_left(angle: f64) -> Transform {
     let rotation = Rotation3::from_axis_angle(&Vec3::y_axis(), angle);
     let middle = Vec3::new(0.0, -0.03, 0.65);
     Transform::new(rotation, middle - rotation * middle + Vec3::new(0.003, -0.004, 0.002))
-}
-
-/// The rig as a calibration would have found it.
-fn rig(true_place: Transform) -> CalibratedRig {
-    let mut random = Random::new(21);
-    let (turn, shift) = MOUNT_SIGMAS;
-    let sigmas = [turn, turn, turn, shift, shift, shift];
-    let place = true_place.retract(&Vector6::from_fn(|k, _| sigmas[k] * random.normal()));
-    let covariance = Matrix6::from_fn(|i, j| if i == j { sigmas[i] * sigmas[i] } else { 0.0 });
-    let mounted = |name: &str, camera: usize, camera_from_rig: Transform, covariance: Matrix6<f64>| MountedCamera {
-        name: name.to_owned(),
-        calibrated: CalibratedCamera {
-            schema: Schema,
-            camera: SourcedCamera { camera: lens(camera), source: CameraSource::Board },
-            rms_px: 0.1,
-            hold_out_rms_px: None,
-            deviations: motion::calibrate::CameraDeviations::default(),
-            bend: None,
-            boards: Vec::new(),
-            images: Vec::new(),
-            warnings: Vec::new(),
-        },
-        mount: Mount {
-            camera_from_rig,
-            rotation_deviations: [turn; 3],
-            translation_deviations: [shift; 3],
-            covariance: std::array::from_fn(|i| std::array::from_fn(|j| covariance[(i, j)])),
-            baseline: camera_from_rig.translation.norm(),
-            baseline_deviation: shift,
-        },
-    };
-    let cameras =
-        vec![mounted("left", 0, Transform::identity(), Matrix6::zeros()), mounted("right", 1, place, covariance)];
-    CalibratedRig { schema: Schema, cameras, rms_px: 0.1, hold_out_rms_px: None, warnings: Vec::new() }
 }
 
 /// The filmed head with a skin.
@@ -172,7 +137,7 @@ fn films(folder: &Path, poses: &[Transform], angle: f64) -> [RigFrames; 2] {
 
 fn solve(films: &[RigFrames], angle: f64) -> Reconstruction {
     let options = ReconstructOptions { texture_size: 512, ..ReconstructOptions::default() };
-    let rig = rig(right_from_left(angle));
+    let rig = rig([lens(0), lens(1)], right_from_left(angle));
     reconstruct_on_rig(films, &rig, &FILMED.assets, &options, &Progress::new()).unwrap()
 }
 
@@ -295,16 +260,19 @@ fn what_cannot_be_one_head_is_refused_in_words() {
         reconstruct_on_rig(films, rig, &FILMED.assets, options, &Progress::new()).unwrap_err().to_string()
     };
     let usual = ReconstructOptions::default();
-    let refused = |films: &[RigFrames]| on(films, &rig(place), &usual);
+    let refused = |films: &[RigFrames]| on(films, &rig([lens(0), lens(1)], place), &usual);
     assert!(refused(&films[..1]).contains("two or more"), "{}", refused(&films[..1]));
     let paper = ReconstructOptions { method: Method::Paper, ..usual.clone() };
-    assert!(on(&films, &rig(place), &paper).contains("the method on a rig"));
+    assert!(on(&films, &rig([lens(0), lens(1)], place), &paper).contains("the method on a rig"));
     let size = SizeOptions { interocular_mm: Some(63.0), ..SizeOptions::default() };
-    assert!(on(&films, &rig(place), &ReconstructOptions { size, ..usual.clone() }).contains("the size on a rig"));
-    let mut other = rig(place);
+    assert!(
+        on(&films, &rig([lens(0), lens(1)], place), &ReconstructOptions { size, ..usual.clone() })
+            .contains("the size on a rig")
+    );
+    let mut other = rig([lens(0), lens(1)], place);
     other.cameras[1].calibrated.camera.camera.width = 1280;
     assert!(on(&films, &other, &usual).contains("calibrated at 1280x480"), "{}", on(&films, &other, &usual));
-    let narrow = rig(Transform::new(Rotation3::identity(), Vec3::new(-0.01, 0.0, 0.0)));
+    let narrow = rig([lens(0), lens(1)], Transform::new(Rotation3::identity(), Vec3::new(-0.01, 0.0, 0.0)));
     let found = on(&films, &narrow, &usual);
     assert!(found.contains("only") && found.contains("° apart: depth cannot be seen"), "{found}");
     films[1].camera = "middle".to_owned();

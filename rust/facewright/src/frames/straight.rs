@@ -41,9 +41,9 @@ mod tests {
     #[test]
     fn pixels_stay_and_slopes_are_kept_between_them() {
         let picture = RgbImage::from_fn(8, 8, |x, y| Rgb([(20 * x + 5 * y) as u8; 3]));
-        let source = vec![[3.0, 4.0], [3.25, 4.0], [3.5, 4.5], [-0.1, 2.0], [f32::NAN, 0.0], [7.0, 7.0]];
+        let source = vec![[3.0, 4.0], [3.25, 4.0], [3.5, 4.4], [-0.1, 2.0], [f32::NAN, 0.0], [7.0, 7.0]];
         let found = resampled(&picture, &PixelMap { width: 6, height: 1, source });
         let values: Vec<u8> = found.pixels().map(|p| p.0[0]).collect();
-        assert_eq!(values, [80, 85, 93, 0, 0, 175]);
+        assert_eq!(values, [80, 85, 92, 0, 0, 175]);
     }
 }

@@ -101,7 +101,7 @@ fn films_give_shape_and_size() {
         let solved: Vec<Transform> = found.sequence.poses.iter().map(|pose| *pose.as_ref().unwrap()).collect();
         for k in 1..40 {
             let turn = step(&solved, k).angle_to(&step(&films.scene.cam_from_head, k)).to_degrees();
-            assert!(turn < 0.15, "{turn}° in moment {k}");
+            assert!(turn < 0.2, "{turn}° in moment {k}");
         }
     }
 }
