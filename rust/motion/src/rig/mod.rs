@@ -8,7 +8,7 @@
 //! Frames are those of the first camera in the order of the moments, then those of the second, and so on; all have the intrinsics of
 //! one camera. The rig's frame is where `camera_from_rig` leads from; the head frame is that of the model, in metres.
 //!
-//! Source: Triggs et al. 2000, *Bundle Adjustment: A Modern Synthesis*, for [`adjust`](mod@adjust).
+//! Source: Triggs et al. 2000, *Bundle Adjustment: A Modern Synthesis*, for `adjust`.
 
 mod adjust;
 mod equations;
