@@ -61,7 +61,7 @@ def test_a_file_that_is_no_camera_is_refused(tmp_path: Path) -> None:
     path.write_text('{"width": 3}')
     with pytest.raises(RuntimeError) as error:
         bpy.ops.facewright.open_camera(filepath=str(path))
-    assert "is no camera file" in message(error)
+    assert "cannot be read: it has no height" in message(error)
     assert bpy.context.scene.facewright_camera.text == ""
 
 

@@ -62,7 +62,7 @@ def read(clip: bpy.types.MovieClip) -> Text:
 
 def parsed(tracks: Text) -> Any:
     """As the library has them."""
-    return module("engine.tracks").parse(json.dumps(tracks))
+    return module("engine").Tracks.parse(json.dumps(tracks))
 
 
 def written(content: Text) -> Text:

@@ -98,7 +98,7 @@ pub struct HeadMotion {
     /// Root mean square distance of points from where they are seen, pixels, over all that agree.
     pub reprojection_rms_px: f64,
     /// Part of the tracks' observations that one motion of the head explains, 0…1; 0 in files that do not tell.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_untold")]
     pub rigid_agreement: f64,
     /// Unsteadiness.
     pub roughness: Roughness,
@@ -107,6 +107,10 @@ pub struct HeadMotion {
     pub timings_s: BTreeMap<String, f64>,
     /// What the artist should know.
     pub warnings: Vec<String>,
+}
+
+fn is_untold(agreement: &f64) -> bool {
+    *agreement == 0.0
 }
 
 impl HeadMotion {

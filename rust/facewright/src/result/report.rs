@@ -43,7 +43,7 @@ pub struct Scale {
     #[serde(default)]
     pub relative_sigma: f64,
     /// Whether it was measured on this head, by lengths or the places of cameras, instead of taken from what is usual.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub measured: bool,
 }
 
