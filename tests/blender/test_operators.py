@@ -3,7 +3,7 @@
 import importlib
 import subprocess
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import bpy
 import numpy as np
@@ -161,16 +161,15 @@ def test_the_shell_command_takes_every_option_of_the_program(
     cli, asked = importlib.import_module(f"{PACKAGE}.cli"), []
     actions = importlib.import_module(f"{PACKAGE}.reconstruct.actions")
     monkeypatch.setattr(actions, "reconstructed", lambda source, settings: asked.append(settings) or iter(()))
-    tracks = tmp_path / "tracks.json"
-    tracks.write_text("{}")
-    line = ["reconstruct", str(tmp_path), "-o", str(tmp_path / "out"), "--tracks", str(tracks), "--texture-size", "256"]
+    monkeypatch.setattr(cli, "Tracks", SimpleNamespace(read=lambda path: f"what {path} holds"))
+    line = ["reconstruct", str(tmp_path), "-o", str(tmp_path / "out"), "--tracks", "t.json", "--texture-size", "256"]
     more = ["--length", "1:2=63.5", "--length", "3-4=20", "--interocular-mm", "61", "--method", "paper"]
     with pytest.raises(AttributeError):
         cli.run(line + more)
     (settings,) = asked
     assert settings.options.lengths == ((1, 2, 63.5), (3, 4, 20.0)) and settings.options.interocular_mm == 61.0
     assert settings.options.texture_size == 256 and settings.options.method == "paper"
-    assert settings.tracks == "{}" and settings.motion is None
+    assert settings.tracks == "what t.json holds" and settings.motion is None
 
 
 CLIP = ROOT / "tests/data/clip"
