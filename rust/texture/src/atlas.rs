@@ -1,8 +1,8 @@
 //! The bake: views of a surface into one texture.
 //!
 //! [`bake`] runs, for [`Method::Default`]: small atlases of all views → light, gains, agreement and best views
-//! (`choice`, [`crate::shading`]) → each view at full size, its light taken out, into the multi-band blend (`blend`) →
-//! filling (`fill`). [`Method::Paper`] takes each triangle from one view (`paper`), then fills.
+//! (`choice`, [`crate::shading`]) → each view at the size that the pictures' pixels are worth, its light taken out, into the
+//! multi-band blend (`blend`) → filling and enlarging (`fill`). [`Method::Paper`] takes each triangle from one view (`paper`), then fills.
 //!
 //! The texture is square, top row first, texture coordinates with `v` up; colours are those of the pictures.
 
@@ -24,6 +24,8 @@ use rayon::prelude::*;
 const COMPARISON_SIZE: usize = 512;
 /// Certainty is full from this part of a perfect view's (score)^(1 / angle power) on.
 const CERTAIN: f32 = 0.1;
+/// Texels per pixel, along an edge, beyond which a picture has nothing to tell: two for the finest wave that its pixels hold.
+const TELLING_TEXELS: f64 = 2.0;
 /// Below this share of seen texels a warning is given.
 const LOW_COVERAGE: f64 = 0.25;
 
@@ -156,7 +158,11 @@ pub fn bake(
 ) -> Result<Baked, TextureError> {
     validate(surface, occluders, views, options)?;
     progress.stage("texture: unwrap")?;
-    let map = texel_map(surface.uvs, options.size as usize)?;
+    let size = match options.method {
+        Method::Paper => options.size as usize,
+        Method::Default => telling_size(surface, options.size as usize, finest_density(views)),
+    };
+    let map = texel_map(surface.uvs, size)?;
     let blended = match options.method {
         Method::Paper => {
             let (colours, shares) = paper::bake(surface, views, &map);
@@ -176,7 +182,9 @@ pub fn bake(
     if coverage < LOW_COVERAGE {
         warnings.push(Warning::LowCoverage { percent: 100.0 * coverage });
     }
-    let texture = fill(blended.colours, surface, &map);
+    let filled = fill(blended.colours, surface, &map);
+    drop(map);
+    let texture = filled.picture(surface.uvs, options.size as usize);
     Ok(Baked { texture, coverage, shading: blended.shading, views: blended.reports, warnings })
 }
 
@@ -198,11 +206,12 @@ fn blend_views(
 ) -> Result<Blended, TextureError> {
     progress.stage("texture: compare views")?;
     let normals = vertex_normals(surface.positions, surface.triangles);
-    let (views, finest) = with_relative_sharpness(views);
+    let finest = finest_density(views);
+    let views = with_relative_sharpness(views, finest);
     let sights: Vec<Option<Sight>> =
         views.par_iter().map(|view| Sight::new(surface, &normals, occluders, view, options)).collect();
     progress.step(1, 2)?;
-    let size = (options.size as usize).min(COMPARISON_SIZE);
+    let size = map.width.min(COMPARISON_SIZE);
     let small_map = texel_map(surface.uvs, size)?;
     let small = |s: &Option<Sight>| s.as_ref().map(|s| reduce(&s.sample(&small_map)));
     let small: Vec<Option<Plane<Texel>>> = sights.iter().map(small).collect();
@@ -221,7 +230,7 @@ fn blend_views(
 
     let light = found.light.clone().unwrap_or_else(|| Light::none(used.len()));
     let shading = light.shading(Reference::Frontal);
-    let (levels, fine) = octaves(surface, map, finest);
+    let (levels, fine) = octaves(surface, map.width, finest);
     let mut blend = Blend::new(map.width, levels, fine);
     let mut atlas = Plane::new(map.width, map.height, [0.0; 4]);
     progress.stage("texture: blend")?;
@@ -255,13 +264,17 @@ fn texel_map(uvs: &[[Vec2; 3]], size: usize) -> Result<Plane<Fragment>, TextureE
     if covered { Ok(map) } else { Err(TextureError::NoTexels) }
 }
 
-/// The views with scores of at most about one, and the finest resolution of any, pixels per metre.
-fn with_relative_sharpness<'a>(views: &[View<'a>]) -> (Vec<View<'a>>, f64) {
+/// The finest resolution of any view, pixels per metre at the head's distance.
+fn finest_density(views: &[View]) -> f64 {
     let density = |v: &View| (v.camera.fx * v.camera.fy).sqrt() / v.cam_from_head.translation.z.abs().max(1e-3);
-    let finest = views.iter().map(density).fold(f64::MIN_POSITIVE, f64::max);
+    views.iter().map(density).fold(f64::MIN_POSITIVE, f64::max)
+}
+
+/// The views with scores of at most about one.
+fn with_relative_sharpness<'a>(views: &[View<'a>], finest: f64) -> Vec<View<'a>> {
     let sharpest = views.iter().map(|v| v.sharpness).fold(f64::MIN_POSITIVE, f64::max);
     let relative = |v: &View<'a>| View { sharpness: v.sharpness / sharpest / (finest * finest), ..*v };
-    (views.iter().map(relative).collect(), finest)
+    views.iter().map(relative).collect()
 }
 
 /// The head-frame normal of each cell of a small atlas; zero outside the islands.
@@ -275,13 +288,25 @@ fn cell_normals(surface: &Surface, normals: &[Vec3], size: usize) -> Plane<Vec3>
     Plane { width: size, height: size, data }
 }
 
-/// Number of octaves of the blend, and how many of them are finer than some eight pixels of the pictures.
-fn octaves(surface: &Surface, map: &Plane<Fragment>, pixels_per_metre: f64) -> (usize, usize) {
+/// Texels per metre of the surface, along an edge, in an atlas of a size.
+fn texels_per_metre(surface: &Surface, size: usize) -> f64 {
     let area: f64 = surface.triangles.iter().map(|t| area_normal(surface.positions, t).norm() / 2.0).sum();
-    let texels = map.data.iter().filter(|f| f.triangle != NO_TRIANGLE).count();
-    let texels_per_pixel = (texels as f64 / area.max(1e-12)).sqrt() / pixels_per_metre;
+    let unwrapped: f64 = surface.uvs.iter().map(|[a, b, c]| (b - a).perp(&(c - a)).abs() / 2.0).sum();
+    size as f64 * (unwrapped / area.max(1e-12)).sqrt()
+}
+
+/// The size at which views are blended: the atlas's, halved while its texels are still finer than what the pictures tell.
+fn telling_size(surface: &Surface, size: usize, pixels_per_metre: f64) -> usize {
+    let is_enough = |s: usize| s >= COMPARISON_SIZE && texels_per_metre(surface, s) >= TELLING_TEXELS * pixels_per_metre;
+    let half = |s: &usize| (s % 2 == 0).then_some(s / 2).filter(|&s| is_enough(s));
+    std::iter::successors(Some(size), half).last().unwrap_or(size)
+}
+
+/// Number of octaves of the blend, and how many of them are finer than some eight pixels of the pictures.
+fn octaves(surface: &Surface, size: usize, pixels_per_metre: f64) -> (usize, usize) {
+    let texels_per_pixel = texels_per_metre(surface, size) / pixels_per_metre;
     let fine = (texels_per_pixel.log2() + 2.0).round().clamp(1.0, 12.0) as usize;
-    let deepest = (map.width as f64).log2() as usize;
+    let deepest = (size as f64).log2() as usize;
     ((fine + 3).min(deepest), fine.min(deepest))
 }
 

@@ -9,10 +9,10 @@
 //! al., Poisson Image Editing, 2003.
 
 use crate::atlas::Surface;
-use crate::plane::{Plane, Texel, expand_at, reduce};
+use crate::plane::{Plane, Texel, expand_at, reduce, stretched_place};
 use geometry::Vec2;
 use image::RgbaImage;
-use raster::{Fragment, NO_TRIANGLE, texel_of};
+use raster::{Fragment, NO_TRIANGLE, texel_of, texels};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -25,8 +25,16 @@ pub const ALPHA_SPREAD: u8 = 85;
 /// Alpha of texels outside the islands.
 pub const ALPHA_OUTSIDE: u8 = 0;
 
-/// The finished texture from colours and their certainty (weight 0…1).
-pub(crate) fn fill(seen: Plane<Texel>, surface: &Surface, map: &Plane<Fragment>) -> RgbaImage {
+/// Every texel of an atlas with a colour.
+pub(crate) struct Filled {
+    /// The colours.
+    pub(crate) colours: Plane<Texel>,
+    /// How each texel came by its colour, 0…255.
+    pub(crate) alpha: Plane<u8>,
+}
+
+/// Fills colours of some certainty (weight 0…1).
+pub(crate) fn fill(seen: Plane<Texel>, surface: &Surface, map: &Plane<Fragment>) -> Filled {
     let mirrored = surface.mirror.map(|mirror| mirror_image(&seen, surface, map, mirror));
     let offset = mirrored.as_ref().map(|m| spread(difference(&seen, m)));
     let known = Plane::from_rows(seen.width, seen.height, [0.0; 4], |y, row| {
@@ -41,32 +49,60 @@ pub(crate) fn fill(seen: Plane<Texel>, surface: &Surface, map: &Plane<Fragment>)
             }
         }
     });
-    let certain = seen;
-    let known_weight: Vec<f32> = known.data.iter().map(|t| t[3]).collect();
-    let filled = spread(known);
-    to_picture(&filled, |i| {
-        if map.data[i].triangle == NO_TRIANGLE {
-            return ALPHA_OUTSIDE;
-        }
-        let own = certain.data[i][3].clamp(0.0, 1.0);
-        let mirrored = (known_weight[i] - own).max(0.0);
-        let rest = 1.0 - own - mirrored;
-        let alpha = own * f32::from(ALPHA_SEEN) + mirrored * f32::from(ALPHA_MIRRORED) + rest * f32::from(ALPHA_SPREAD);
-        alpha.round() as u8
-    })
-}
-
-fn to_picture(colours: &Plane<Texel>, alpha: impl Fn(usize) -> u8 + Sync) -> RgbaImage {
-    let mut bytes = vec![0u8; colours.data.len() * 4];
-    bytes.par_chunks_mut(4 * colours.width.max(1)).enumerate().for_each(|(y, row)| {
-        for (x, pixel) in row.chunks_exact_mut(4).enumerate() {
-            let texel = colours.row(y)[x];
-            // The cast holds the value within 0…255.
-            (0..3).for_each(|k| pixel[k] = (texel[k] + 0.5) as u8);
-            pixel[3] = alpha(y * colours.width + x);
+    drop((mirrored, offset));
+    let alpha = Plane::from_rows(seen.width, seen.height, ALPHA_OUTSIDE, |y, row| {
+        let texels = seen.row(y).iter().zip(known.row(y)).zip(map.row(y));
+        for (alpha, ((seen, known), _)) in row.iter_mut().zip(texels).filter(|(_, (_, f))| f.triangle != NO_TRIANGLE) {
+            *alpha = alpha_of(seen[3], known[3]);
         }
     });
-    RgbaImage::from_raw(colours.width as u32, colours.height as u32, bytes).unwrap_or_default()
+    drop(seen);
+    Filled { colours: spread(known), alpha }
+}
+
+/// Alpha of a texel by its certainty before and after the other side of the face was taken.
+fn alpha_of(seen: f32, known: f32) -> u8 {
+    let own = seen.clamp(0.0, 1.0);
+    let mirrored = (known - own).max(0.0);
+    let rest = 1.0 - own - mirrored;
+    let alpha = own * f32::from(ALPHA_SEEN) + mirrored * f32::from(ALPHA_MIRRORED) + rest * f32::from(ALPHA_SPREAD);
+    alpha.round() as u8
+}
+
+impl Filled {
+    /// As a picture of a size, at least as large: colours are interpolated, alpha is the nearest texel's of an island. Texels
+    /// that `uvs` do not cover stay outside.
+    pub(crate) fn picture(&self, uvs: &[[Vec2; 3]], size: usize) -> RgbaImage {
+        let colours = &self.colours;
+        let islands = (size > colours.width).then(|| texels(uvs, size));
+        let columns: Vec<(u32, f32)> = (0..size).map(|x| stretched_place(x, colours.width, size)).collect();
+        let mut bytes = vec![0u8; size * size * 4];
+        bytes.par_chunks_mut(4 * size.max(1)).enumerate().for_each(|(y, row)| {
+            let (j, down) = stretched_place(y, colours.height, size);
+            let rows = [j as usize, (j as usize + 1).min(colours.height - 1)];
+            for (x, pixel) in row.chunks_exact_mut(4).enumerate() {
+                let (i, right) = columns[x];
+                let cells = [i as usize, (i as usize + 1).min(colours.width - 1)];
+                let parts = [[1.0 - right, right].map(|p| p * (1.0 - down)), [1.0 - right, right].map(|p| p * down)];
+                let mut sum = [0.5f32; 3];
+                let mut nearest = (0.0, ALPHA_OUTSIDE);
+                for (row, parts) in rows.into_iter().zip(parts) {
+                    for (cell, part) in cells.into_iter().zip(parts) {
+                        let (texel, alpha) = (colours.row(row)[cell], self.alpha.row(row)[cell]);
+                        (0..3).for_each(|k| sum[k] += part * texel[k]);
+                        if alpha != ALPHA_OUTSIDE && part > nearest.0 {
+                            nearest = (part, alpha);
+                        }
+                    }
+                }
+                let is_outside = islands.as_ref().is_some_and(|map| map[y * size + x].triangle == NO_TRIANGLE);
+                // The cast holds the value within 0…255.
+                (0..3).for_each(|k| pixel[k] = sum[k] as u8);
+                pixel[3] = if is_outside { ALPHA_OUTSIDE } else { nearest.1 };
+            }
+        });
+        RgbaImage::from_raw(size as u32, size as u32, bytes).unwrap_or_default()
+    }
 }
 
 /// Pull–push: every texel mixes its own colour, by its weight (0…1), with that of the coarser level.
@@ -146,7 +182,6 @@ fn difference(seen: &Plane<Texel>, mirrored: &Plane<Texel>) -> Plane<Texel> {
 mod tests {
     use super::*;
     use geometry::Vec3;
-    use raster::texels;
 
     const N: usize = 32;
 
@@ -174,7 +209,7 @@ mod tests {
         120.0 + 10.0 * ((x / 2 + y / 2) % 3) as f32
     }
 
-    fn filled(with_mirror: bool) -> (RgbaImage, Plane<Fragment>) {
+    fn filled(with_mirror: bool, size: usize) -> (RgbaImage, Plane<Fragment>) {
         let Strip { positions, triangles, uvs, mirror } = strip();
         let surface = Surface {
             positions: &positions,
@@ -192,12 +227,12 @@ mod tests {
                 *t = [colour, 60.0, 30.0, if right && y < N / 2 { 0.0 } else { 1.0 }];
             }
         });
-        (fill(seen, &surface, &map), map)
+        (fill(seen, &surface, &map).picture(&uvs, size), map)
     }
 
     #[test]
     fn the_unseen_side_takes_the_other_sides_pattern_in_its_own_brightness() {
-        let (texture, map) = filled(true);
+        let (texture, map) = filled(true, N);
         for y in 4..N / 2 {
             for x in N / 2 + 4..N - 4 {
                 let pixel = texture.get_pixel(x as u32, y as u32);
@@ -212,7 +247,7 @@ mod tests {
 
     #[test]
     fn without_a_mirror_the_neighbours_spread_and_the_gutter_continues_the_island() {
-        let (texture, map) = filled(false);
+        let (texture, map) = filled(false, N);
         let pixel = texture.get_pixel(24, 8);
         assert!(pixel[3] == ALPHA_SPREAD && (115..=145).contains(&pixel[0]), "{pixel:?}");
         for (i, fragment) in map.data.iter().enumerate().filter(|(_, f)| f.triangle == NO_TRIANGLE) {
@@ -220,6 +255,23 @@ mod tests {
             assert!(pixel[3] == ALPHA_OUTSIDE && pixel[0] > 100, "{fragment:?}");
         }
         assert_eq!(texture.get_pixel(6, 16)[3], ALPHA_SEEN);
+    }
+
+    #[test]
+    fn a_larger_picture_has_the_same_colours_and_islands_of_its_own_texels() {
+        let Strip { uvs, .. } = strip();
+        let ((small, _), (large, _)) = (filled(true, N), filled(true, 4 * N));
+        let islands = texels(&uvs, 4 * N);
+        for (x, y, pixel) in large.enumerate_pixels() {
+            let is_island = islands[(y * 4 * N as u32 + x) as usize].triangle != NO_TRIANGLE;
+            assert_eq!(pixel[3] > ALPHA_OUTSIDE, is_island, "{x} {y}");
+        }
+        // The four texels in the middle of a small one lie around its centre.
+        let (x, y) = (6, 20);
+        for (right, down) in [(1, 1), (2, 1), (1, 2), (2, 2)] {
+            let (here, there) = (large.get_pixel(4 * x + right, 4 * y + down), small.get_pixel(x, y));
+            assert!(here[0].abs_diff(there[0]) <= 3 && here[3] == ALPHA_SEEN, "{here:?} {there:?}");
+        }
     }
 
     #[test]

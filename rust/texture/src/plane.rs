@@ -134,7 +134,7 @@ impl StretchedRow<'_> {
 }
 
 /// The cell before the centre of cell `i` of `stretched`, among `size`, and how far it lies towards the next.
-fn stretched_place(i: usize, size: usize, stretched: usize) -> (u32, f32) {
+pub(crate) fn stretched_place(i: usize, size: usize, stretched: usize) -> (u32, f32) {
     let at = ((i as f32 + 0.5) * size as f32 / stretched as f32 - 0.5).clamp(0.0, (size - 1) as f32);
     (at as u32, at - (at as u32) as f32)
 }
