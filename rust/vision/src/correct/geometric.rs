@@ -169,9 +169,29 @@ impl Judge<'_> {
 
     /// The local maps of all matches that satisfy a condition, in order.
     fn maps(&self, wanted: impl Fn(usize) -> bool + Sync) -> Vec<Option<LocalMap>> {
+        let mut maps: Vec<Option<LocalMap>> = (0..self.active.len()).map(|_| None).collect();
+        self.renew(&mut maps, wanted);
+        maps
+    }
+
+    /// Makes those local maps anew that satisfy a condition.
+    fn renew(&self, maps: &mut [Option<LocalMap>], wanted: impl Fn(usize) -> bool + Sync) {
         let displaced = self.displaced();
-        let map = |i| wanted(i).then(|| local_map(i, &self.graph, &displaced, &self.active)).flatten();
-        (0..self.active.len()).into_par_iter().with_min_len(16).map(map).collect()
+        maps.par_iter_mut()
+            .with_min_len(16)
+            .enumerate()
+            .filter(|(i, _)| wanted(*i))
+            .for_each(|(i, map)| *map = local_map(i, &self.graph, &displaced, &self.active));
+    }
+
+    /// Makes the maps of active matches anew that rest on matches that went.
+    fn renew_without(&self, gone: &[usize], maps: &mut [Option<LocalMap>]) {
+        let mut is_stale = vec![false; maps.len()];
+        for &i in gone {
+            maps[i] = None;
+            self.graph.second[i].iter().for_each(|&j| is_stale[j] = true);
+        }
+        self.renew(maps, |i| is_stale[i] && self.active[i]);
     }
 
     /// The distance from its neighbours' prediction that a match may have, pixels.
@@ -181,8 +201,8 @@ impl Judge<'_> {
 
     /// Rounds of judging, until nothing more goes.
     fn thin_out(&mut self) {
+        let mut maps = self.maps(|i| self.active[i]);
         for _ in 0..self.options.rounds {
-            let maps = self.maps(|i| self.active[i]);
             let residual = |i: usize| maps[i].as_ref().map(|map| (self.correction.matches[i].b - map.position).norm());
             let mut lengths: Vec<f64> =
                 (0..maps.len()).filter_map(|i| Some(residual(i)? / maps[i].as_ref()?.spread)).collect();
@@ -203,8 +223,9 @@ impl Judge<'_> {
             if gone.is_empty() {
                 break;
             }
+            self.renew_without(&gone, &mut maps);
         }
-        for (i, map) in self.maps(|i| self.active[i]).iter().enumerate() {
+        for (i, map) in maps.iter().enumerate() {
             if self.active[i] && map.is_none() {
                 self.correction.outcomes[i] = Outcome::Rejected(Reason::Isolated);
             }
