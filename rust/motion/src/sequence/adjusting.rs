@@ -10,6 +10,8 @@ use rayon::prelude::*;
 
 /// The loss of an observation, in its standard deviations.
 const LOSS: Loss = Loss::Cauchy(3.0);
+/// A bundle that others follow stops at a step that lowers the cost by less than this part of it: they begin where it ends.
+const PASSING_COST: f64 = 1e-5;
 
 impl Reconstruction<'_> {
     pub(super) fn bundle(&self, widening: f64) -> Bundle {
@@ -61,7 +63,8 @@ impl Reconstruction<'_> {
         progress: &Progress,
     ) -> Result<(), MotionError> {
         let mut bundle = self.bundle(widening);
-        adjust(&mut bundle, &self.bundle_options(iterations, refine_focal), progress)?;
+        let options = BundleOptions { relative_cost: PASSING_COST, ..self.bundle_options(iterations, refine_focal) };
+        adjust(&mut bundle, &options, progress)?;
         self.adopt(&bundle);
         Ok(())
     }
