@@ -297,7 +297,8 @@ fn texels_per_metre(surface: &Surface, size: usize) -> f64 {
 
 /// The size at which views are blended: the atlas's, halved while its texels are still finer than what the pictures tell.
 fn telling_size(surface: &Surface, size: usize, pixels_per_metre: f64) -> usize {
-    let is_enough = |s: usize| s >= COMPARISON_SIZE && texels_per_metre(surface, s) >= TELLING_TEXELS * pixels_per_metre;
+    let is_enough =
+        |s: usize| s >= COMPARISON_SIZE && texels_per_metre(surface, s) >= TELLING_TEXELS * pixels_per_metre;
     let half = |s: &usize| (s % 2 == 0).then_some(s / 2).filter(|&s| is_enough(s));
     std::iter::successors(Some(size), half).last().unwrap_or(size)
 }

@@ -1,13 +1,13 @@
 //! `cargo x bench [WORD]`: time and error of a feature, ours and the peer's, on the same inputs in the same run.
 
-use crate::compile;
 use crate::environment::{BLENDER_4_5, Environment, OPENCV_4, OPENCV_5, POSELIB, PYCOLMAP};
 use crate::run::{root, run, say, target};
+use crate::{bench_reconstruct, compile};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Features that are measured.
-pub const WORDS: [&str; 5] = ["calibrate", "track", "motion", "bundle", "sequence"];
+/// Features that are measured, and the whole way.
+pub const WORDS: [&str; 6] = ["calibrate", "track", "motion", "bundle", "sequence", bench_reconstruct::WORD];
 /// Words that are measured with another, as parts of its feature: the motion of two frames, the bundle over many and the way
 /// from one to the other.
 const PARTS: [(&str, &str); 2] = [("motion", "bundle"), ("motion", "sequence")];
@@ -35,11 +35,14 @@ struct Peer {
     words: &'static [&'static str],
 }
 
-/// Measures one feature with its parts, or all.
-pub fn bench(word: Option<&str>) -> anyhow::Result<()> {
+/// Measures one feature with its parts, or all; the whole way beside the program `before` too.
+pub fn bench(word: Option<&str>, before: Option<&Path>) -> anyhow::Result<()> {
     compile::programs(&["bench"])?;
     let is_asked = |part: &str| word.is_none_or(|word| part == word || PARTS.contains(&(word, part)));
-    WORDS.iter().filter(|part| is_asked(part)).try_for_each(|part| measure(part))
+    WORDS.iter().filter(|part| is_asked(part)).try_for_each(|&part| match part {
+        bench_reconstruct::WORD => bench_reconstruct::measure(before),
+        _ => measure(part),
+    })
 }
 
 fn measure(word: &str) -> anyhow::Result<()> {

@@ -5,6 +5,7 @@
 
 mod addon;
 mod bench;
+mod bench_reconstruct;
 mod check;
 mod compile;
 mod degraded;
@@ -59,6 +60,9 @@ enum Task {
         /// One feature; all without it
         #[arg(value_parser = bench::WORDS)]
         word: Option<String>,
+        /// Another build of the program, measured in turn with this one (reconstruct)
+        #[arg(long, value_name = "PROGRAM")]
+        before: Option<PathBuf>,
     },
     /// What motion blur, exposure, compression, interlacing, jumps, reflections and noise do to the tracks of a film
     Degraded {
@@ -90,7 +94,7 @@ fn main() -> anyhow::Result<()> {
         Task::Test { gui } => test::test(gui),
         Task::Check => check::check(),
         Task::Deny => check::advisories(),
-        Task::Bench { word } => bench::bench(word.as_deref()),
+        Task::Bench { word, before } => bench::bench(word.as_deref(), before.as_deref()),
         Task::Degraded { method } => degraded::degraded(&method),
         Task::Tables { json } => tables::tables(json.as_deref()),
         Task::Head => generic_head::build().map(drop),

@@ -8,7 +8,11 @@ use head::fit::{FitOptions, FrameObservation, LandmarkFit, fit_landmarks};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
+/// In every so many frames of those that are seen at first, a face is sought that is small or tilted, before a clip is believed to show
+/// none.
+const THOROUGH: usize = 16;
 /// Frames that the nets look at at first, about: enough to see a turn from all sides, to choose from, and to begin with …
 const FIRST_LOOKS: usize = 64;
 /// … but at least every so many frames, in which a head may turn to the side and back.
@@ -85,18 +89,36 @@ impl<'a> Looking<'a, '_> {
         let count = self.frames.len();
         let mut faces = Faces::unseen(self.frames);
         let step = count.div_ceil(FIRST_LOOKS).min(FARTHEST_LOOKS);
-        let mut wanted: Vec<usize> = self.frames.films().flat_map(|film| spread(&film, step)).collect();
+        let every = |step: usize| self.frames.films().flat_map(|film| spread(&film, step)).collect::<Vec<_>>();
+        if !self.is_any_face(&every(step.div_ceil(2)))? {
+            return Ok(faces);
+        }
+        let mut wanted = every(step);
         while !wanted.is_empty() {
             look_at(&mut faces, &wanted, self.frames, &self.assets.landmarker, self.progress)?;
             wanted = comings_and_goings(&faces);
         }
         if !(0..count).any(|frame| faces.face(frame).is_some()) && step > 1 {
             // A face that is there for a moment only.
-            let more = self.frames.films().flat_map(|film| spread(&film, step.div_ceil(2)));
-            let between: Vec<usize> = more.filter(|&f| faces.look(f).is_none()).collect();
+            let between: Vec<usize> =
+                every(step.div_ceil(2)).into_iter().filter(|&f| faces.look(f).is_none()).collect();
             look_at(&mut faces, &between, self.frames, &self.assets.landmarker, self.progress)?;
         }
         Ok(faces)
+    }
+
+    /// Whether any of these frames shows a face; a clip without one is told so soon.
+    fn is_any_face(&self, frames: &[usize]) -> Result<bool, FacewrightError> {
+        let landmarker = &self.assets.landmarker;
+        let done = AtomicUsize::new(0);
+        let is_face = |(k, &frame): (usize, &usize)| {
+            self.progress.step(done.fetch_add(1, Ordering::Relaxed), frames.len())?;
+            let picture = self.frames.picture(frame)?;
+            Ok(landmarker.glance(&picture)? || (k % THOROUGH == 0 && landmarker.find(&picture)?.is_some()))
+        };
+        // The answer is the same whichever frame shows the face.
+        let found = frames.par_iter().enumerate().map(is_face).find_any(|found| !matches!(found, Ok(false)));
+        found.unwrap_or(Ok(false))
     }
 
     /// Fits the head, looks again where it moves too fast, places it in all frames, and looks again where points lose it.

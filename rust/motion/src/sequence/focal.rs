@@ -35,7 +35,8 @@ pub(super) fn focal_sigma_px(
     own_px: f64,
     progress: &Progress,
 ) -> Result<f64, MotionError> {
-    let options = BundleOptions { max_iterations: STEPS, relative_cost: NEAR_COST, covariances: false, ..options.clone() };
+    let options =
+        BundleOptions { max_iterations: STEPS, relative_cost: NEAR_COST, covariances: false, ..options.clone() };
     let refined = |varied: &mut Bundle| -> Result<f64, MotionError> {
         adjust(varied, &options, progress)?;
         Ok(varied.camera.fx)

@@ -150,8 +150,10 @@ impl FaceFinder {
         })
     }
 
-    /// The faces of one attempt after the other, lazily, each attempt's largest first; attempts without a face are
-    /// left out.
+    /// How many of the attempts look at the whole picture.
+    pub const WHOLE: usize = 2;
+
+    /// The faces of one attempt after the other, lazily, each attempt's largest first.
     pub fn attempts<'a>(
         &'a self,
         image: &'a RgbImage,
@@ -159,11 +161,7 @@ impl FaceFinder {
         let whole = Region::whole(image);
         let first = [(&self.full_range, whole), (&self.back_camera, whole)];
         let rest = other_places(image).into_iter().map(|region| (&self.full_range, region));
-        first
-            .into_iter()
-            .chain(rest)
-            .map(move |(detector, region)| detector.detect(image, &region))
-            .filter(|faces| !matches!(faces, Ok(faces) if faces.is_empty()))
+        first.into_iter().chain(rest).map(move |(detector, region)| detector.detect(image, &region))
     }
 }
 

@@ -145,7 +145,28 @@ impl FaceLandmarker {
     /// [`LandmarkError`] when the picture is empty or a net fails.
     pub fn detect(&self, image: &RgbImage) -> Result<Vec<DetectedFace>, LandmarkError> {
         check(image)?;
-        self.threads.run(|| self.finder.attempts(image).next().unwrap_or(Ok(Vec::new())))
+        self.threads.run(|| {
+            let found = self.finder.attempts(image).find(|faces| !matches!(faces, Ok(faces) if faces.is_empty()));
+            found.unwrap_or(Ok(Vec::new()))
+        })
+    }
+
+    /// Whether there is a face that is neither small nor tilted far: a fraction of the work of [`FaceLandmarker::find`] where there is none.
+    ///
+    /// # Errors
+    /// [`LandmarkError`] when the picture is empty or a net fails.
+    pub fn glance(&self, image: &RgbImage) -> Result<bool, LandmarkError> {
+        check(image)?;
+        self.threads.run(|| {
+            for detections in self.finder.attempts(image).take(FaceFinder::WHOLE) {
+                for detection in detections? {
+                    if self.look(image, detection.region(), 1)?.is_some() {
+                        return Ok(true);
+                    }
+                }
+            }
+            Ok(false)
+        })
     }
 
     /// The largest face of a picture; `None` when there is none.
