@@ -109,6 +109,7 @@ pub(crate) fn run(
     clock.lap("eyes");
     let keys = carry_keys(head, &measured)?;
     clock.lap("keys");
+    frames.forget_pyramids();
     let skin = make_textures(&clip, &measured, options.texture_size, options.method, &texturing)?;
     clock.lap("texture");
     let landmarks = crate::head::landmarks68(head, &measured.positions);

@@ -37,26 +37,24 @@ pub(crate) struct Filled {
 pub(crate) fn fill(seen: Plane<Texel>, surface: &Surface, map: &Plane<Fragment>) -> Filled {
     let mirrored = surface.mirror.map(|mirror| mirror_image(&seen, surface, map, mirror));
     let offset = mirrored.as_ref().map(|m| spread(difference(&seen, m)));
-    let known = Plane::from_rows(seen.width, seen.height, [0.0; 4], |y, row| {
-        for (x, texel) in row.iter_mut().enumerate() {
-            *texel = seen.row(y)[x];
-            let (Some(mirrored), Some(offset)) = (&mirrored, &offset) else { continue };
-            let (other, shift) = (mirrored.row(y)[x], offset.row(y)[x]);
+    let certainty: Vec<f32> = seen.data.par_iter().map(|texel| texel[3]).collect();
+    let mut known = seen;
+    if let (Some(mirrored), Some(offset)) = (mirrored, offset) {
+        let other = mirrored.data.par_iter().zip(&offset.data);
+        known.data.par_iter_mut().zip(other).for_each(|(texel, (other, shift))| {
             let (own, rest) = (texel[3], (1.0 - texel[3]) * other[3]);
             if rest > 0.0 {
                 let mix = |k: usize| (own * texel[k] + rest * (other[k] + shift[k])) / (own + rest);
                 *texel = [mix(0), mix(1), mix(2), own + rest];
             }
-        }
-    });
-    drop((mirrored, offset));
-    let alpha = Plane::from_rows(seen.width, seen.height, ALPHA_OUTSIDE, |y, row| {
-        let texels = seen.row(y).iter().zip(known.row(y)).zip(map.row(y));
-        for (alpha, ((seen, known), _)) in row.iter_mut().zip(texels).filter(|(_, (_, f))| f.triangle != NO_TRIANGLE) {
-            *alpha = alpha_of(seen[3], known[3]);
-        }
-    });
-    drop(seen);
+        });
+    }
+    let alpha = |((seen, known), fragment): ((&f32, &Texel), &Fragment)| match fragment.triangle {
+        NO_TRIANGLE => ALPHA_OUTSIDE,
+        _ => alpha_of(*seen, known[3]),
+    };
+    let data = certainty.par_iter().zip(&known.data).zip(&map.data).map(alpha).collect();
+    let alpha = Plane { width: map.width, height: map.height, data };
     Filled { colours: spread(known), alpha }
 }
 

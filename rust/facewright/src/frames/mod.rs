@@ -169,6 +169,11 @@ impl FrameSet {
         }
     }
 
+    /// Lets go of the pyramids: nothing is tracked for now.
+    pub(crate) fn forget_pyramids(&self) {
+        self.pyramids.clear();
+    }
+
     fn keep_pyramid(&self, i: usize, picture: &RgbImage) -> Arc<Pyramid> {
         if let Some(pyramid) = self.pyramids.get(i) {
             return pyramid;

@@ -4,38 +4,51 @@
 //! is needed next; so what was kept first stays, and what finds no room is made again whenever it is asked for.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// One kind of thing, at most one for each frame.
 #[derive(Debug)]
 pub struct Store<T> {
-    kept: Vec<OnceLock<Arc<T>>>,
+    kept: Vec<Mutex<Option<Arc<T>>>>,
+    /// Bytes in all.
+    capacity: usize,
     room: AtomicUsize,
 }
 
 impl<T> Store<T> {
     /// Room for `bytes` in all.
     pub fn new(frames: usize, bytes: usize) -> Self {
-        Self { kept: (0..frames).map(|_| OnceLock::new()).collect(), room: AtomicUsize::new(bytes) }
+        Self { kept: (0..frames).map(|_| Mutex::new(None)).collect(), capacity: bytes, room: AtomicUsize::new(bytes) }
+    }
+
+    fn at(&self, frame: usize) -> MutexGuard<'_, Option<Arc<T>>> {
+        // Nothing panics between two states.
+        self.kept[frame].lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// What is kept of a frame.
     pub fn get(&self, frame: usize) -> Option<Arc<T>> {
-        self.kept[frame].get().cloned()
+        self.at(frame).clone()
     }
 
-    /// Keeps what was made of a frame, `bytes` large, if there is room; gives it back for use.
+    /// Keeps what was made of a frame, `bytes` large, if there is room; gives back for use what is kept.
     pub fn keep(&self, frame: usize, made: T, bytes: usize) -> Arc<T> {
-        let made = Arc::new(made);
-        let take = |room: usize| room.checked_sub(bytes);
-        if self.kept[frame].get().is_none()
-            && self.room.fetch_update(Ordering::Relaxed, Ordering::Relaxed, take).is_ok()
-            && self.kept[frame].set(made.clone()).is_err()
-        {
-            // Another thread was first.
-            self.room.fetch_add(bytes, Ordering::Relaxed);
-        }
-        made
+        let mut kept = self.at(frame);
+        // Another thread may have been first.
+        kept.clone().unwrap_or_else(|| {
+            let made = Arc::new(made);
+            let take = |room: usize| room.checked_sub(bytes);
+            if self.room.fetch_update(Ordering::Relaxed, Ordering::Relaxed, take).is_ok() {
+                *kept = Some(made.clone());
+            }
+            made
+        })
+    }
+
+    /// Lets go of everything that nobody uses; there is room again.
+    pub fn clear(&self) {
+        (0..self.kept.len()).for_each(|frame| *self.at(frame) = None);
+        self.room.store(self.capacity, Ordering::Relaxed);
     }
 }
 
@@ -50,5 +63,8 @@ mod tests {
             assert_eq!(*store.keep(frame, frame, 5), frame);
         }
         assert_eq!([0, 1, 2].map(|frame| store.get(frame).is_some()), [true, true, false]);
+        store.clear();
+        assert_eq!([store.keep(2, 7, 10), store.keep(2, 8, 10)], [Arc::new(7), Arc::new(7)]);
+        assert!(store.get(0).is_none());
     }
 }
