@@ -35,18 +35,13 @@ pub(crate) struct Filled {
 
 /// Fills colours of some certainty (weight 0…1).
 pub(crate) fn fill(seen: Plane<Texel>, surface: &Surface, map: &Plane<Fragment>) -> Filled {
-    let mirrored = surface.mirror.map(|mirror| mirror_image(&seen, surface, map, mirror));
-    let offset = mirrored.as_ref().map(|m| spread(difference(&seen, m)));
     let certainty: Vec<f32> = seen.data.par_iter().map(|texel| texel[3]).collect();
     let mut known = seen;
-    if let (Some(mirrored), Some(offset)) = (mirrored, offset) {
-        let other = mirrored.data.par_iter().zip(&offset.data);
-        known.data.par_iter_mut().zip(other).for_each(|(texel, (other, shift))| {
-            let (own, rest) = (texel[3], (1.0 - texel[3]) * other[3]);
-            if rest > 0.0 {
-                let mix = |k: usize| (own * texel[k] + rest * (other[k] + shift[k])) / (own + rest);
-                *texel = [mix(0), mix(1), mix(2), own + rest];
-            }
+    if let Some(mirror) = surface.mirror {
+        let found = mirrored(&known, &Mirror { uvs: mirror_uvs(surface, mirror) }, surface, map);
+        let width = known.width;
+        known.data.par_chunks_mut(width).zip(found).for_each(|(row, found)| {
+            found.into_iter().for_each(|(x, texel)| row[x as usize] = texel);
         });
     }
     let alpha = |((seen, known), fragment): ((&f32, &Texel), &Fragment)| match fragment.triangle {
@@ -56,6 +51,24 @@ pub(crate) fn fill(seen: Plane<Texel>, surface: &Surface, map: &Plane<Fragment>)
     let data = certainty.par_iter().zip(&known.data).zip(&map.data).map(alpha).collect();
     let alpha = Plane { width: map.width, height: map.height, data };
     Filled { colours: spread(known), alpha }
+}
+
+/// The texels of each row, by their columns, of which the other side of the face tells more than was seen. The difference between the
+/// sides is smooth: half the size holds it.
+fn mirrored(seen: &Plane<Texel>, mirror: &Mirror, surface: &Surface, map: &Plane<Fragment>) -> Vec<Vec<(u32, Texel)>> {
+    let offset = spread({
+        let half = reduce(seen);
+        let map = Plane { width: half.width, height: half.height, data: texels(surface.uvs, half.width) };
+        mirror.difference(&half, &map)
+    });
+    let mixed = |x: usize, y: usize| {
+        let (texel, other) = (seen.row(y)[x], mirror.texel(seen, &map.row(y)[x]));
+        let (own, rest) = (texel[3], (1.0 - texel[3]) * other[3]);
+        let shift = expand_at(&offset, x, y).filter(|_| rest > 0.0)?;
+        let mix = |k: usize| (own * texel[k] + rest * (other[k] + shift[k])) / (own + rest);
+        Some((x as u32, [mix(0), mix(1), mix(2), own + rest]))
+    };
+    (0..seen.height).into_par_iter().map(|y| (0..seen.width).filter_map(|x| mixed(x, y)).collect()).collect()
 }
 
 /// Alpha of a texel by its certainty before and after the other side of the face was taken.
@@ -130,18 +143,34 @@ pub(crate) fn spread(plane: Plane<Texel>) -> Plane<Texel> {
     coarser.unwrap_or_else(|| Plane::new(0, 0, [0.0; 4]))
 }
 
-/// Colour and certainty of each texel's mirror image; weight 0 where there is none.
-fn mirror_image(seen: &Plane<Texel>, surface: &Surface, map: &Plane<Fragment>, mirror: &[u32]) -> Plane<Texel> {
-    let uvs = mirror_uvs(surface, mirror);
-    Plane::from_rows(map.width, map.height, [0.0; 4], |y, row| {
-        for (texel, fragment) in row.iter_mut().zip(map.row(y)).filter(|(_, f)| f.triangle != NO_TRIANGLE) {
-            let Some(corners) = &uvs[fragment.triangle as usize] else { continue };
-            let uv = (0..3).fold(Vec2::zeros(), |sum, k| sum + corners[k] * f64::from(fragment.weights()[k]));
-            let place = texel_of(&uv, seen.width, seen.height);
-            let inside = |t: f64, n: usize| t.round().clamp(0.0, (n - 1) as f64) as usize;
-            *texel = seen.row(inside(place.y, seen.height))[inside(place.x, seen.width)];
-        }
-    })
+/// The other side of the face.
+struct Mirror {
+    /// Of each triangle, the texture coordinates of its corners' mirror images.
+    uvs: Vec<Option<[Vec2; 3]>>,
+}
+
+impl Mirror {
+    /// Colour and certainty of a texel's mirror image; weight 0 where there is none.
+    fn texel(&self, seen: &Plane<Texel>, fragment: &Fragment) -> Texel {
+        let Some(Some(corners)) = self.uvs.get(fragment.triangle as usize) else { return [0.0; 4] };
+        let uv = (0..3).fold(Vec2::zeros(), |sum, k| sum + corners[k] * f64::from(fragment.weights()[k]));
+        let place = texel_of(&uv, seen.width, seen.height);
+        let inside = |t: f64, n: usize| t.round().clamp(0.0, (n - 1) as f64) as usize;
+        seen.row(inside(place.y, seen.height))[inside(place.x, seen.width)]
+    }
+
+    /// Own colour minus mirrored colour where both are certain.
+    fn difference(&self, seen: &Plane<Texel>, map: &Plane<Fragment>) -> Plane<Texel> {
+        Plane::from_rows(seen.width, seen.height, [0.0; 4], |y, row| {
+            for ((texel, own), fragment) in row.iter_mut().zip(seen.row(y)).zip(map.row(y)) {
+                let other = self.texel(seen, fragment);
+                let weight = own[3].min(other[3]);
+                if weight > 0.0 {
+                    *texel = [own[0] - other[0], own[1] - other[1], own[2] - other[2], weight];
+                }
+            }
+        })
+    }
 }
 
 /// The texture coordinates of the three mirrored corners of each triangle, in the mirrored triangle.
@@ -162,18 +191,6 @@ fn mirror_uvs(surface: &Surface, mirror: &[u32]) -> Vec<Option<[Vec2; 3]>> {
         Some([uv(corners[0])?, uv(corners[1])?, uv(corners[2])?])
     };
     surface.triangles.iter().map(mirrored).collect()
-}
-
-/// Own colour minus mirrored colour where both are certain.
-fn difference(seen: &Plane<Texel>, mirrored: &Plane<Texel>) -> Plane<Texel> {
-    Plane::from_rows(seen.width, seen.height, [0.0; 4], |y, row| {
-        for ((texel, own), other) in row.iter_mut().zip(seen.row(y)).zip(mirrored.row(y)) {
-            let weight = own[3].min(other[3]);
-            if weight > 0.0 {
-                *texel = [own[0] - other[0], own[1] - other[1], own[2] - other[2], weight];
-            }
-        }
-    })
 }
 
 #[cfg(test)]

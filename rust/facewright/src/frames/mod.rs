@@ -26,9 +26,9 @@ const VIDEOS: [&str; 8] = ["mp4", "mov", "avi", "mkv", "webm", "m4v", "mpg", "og
 const FILM_DIAGONAL_MM: f64 = 43.267;
 
 /// Room for decoded pictures, bytes …
-const PICTURES_ROOM: usize = 96 << 20;
+const PICTURES_ROOM: usize = 24 << 20;
 /// … and for their pyramids.
-const PYRAMIDS_ROOM: usize = 160 << 20;
+const PYRAMIDS_ROOM: usize = 128 << 20;
 /// Levels of the pyramids that are tracked in.
 const LEVELS: usize = 4;
 
