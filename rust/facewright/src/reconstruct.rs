@@ -7,6 +7,7 @@ use crate::faces::{Clip, KnownHead, median};
 use crate::head::unseen::replace_unseen;
 use crate::head::{Measured, MeasuredFrame, eyes, features, paper, paper_eyes, shape};
 use crate::motion::{Rig, solve_on_films};
+use crate::reason::Told;
 use crate::texture::{make_textures, plain};
 use crate::track::{Corners, track_head};
 use crate::{
@@ -277,15 +278,15 @@ fn camera_warning(source: CameraSource) -> Option<String> {
 /// What is said of each frame. Its pose is its points', or its landmarks' where they tell none, which its reason says.
 fn frame_reports(clip: &Clip, measured: &Measured) -> Vec<FrameReport> {
     let report = |(index, placed): (usize, &MeasuredFrame)| {
-        let (used, mut reason) = match &measured.chosen.verdicts[index] {
-            Ok(reason) => (measured.chosen.frames.contains(&index), reason.clone()),
-            Err(reason) => (false, reason.clone()),
+        let (used, Told { mut reason, kind: reason_kind }) = match &measured.chosen.verdicts[index] {
+            Ok(reason) => (measured.chosen.frames.contains(&index), reason.told()),
+            Err(reason) => (false, reason.told()),
         };
         if placed.by_landmarks {
             reason.push_str(", posed by its landmarks alone");
         }
         let name = clip.faces.frames[index].name.clone();
-        FrameReport { name, used, reason, cam_from_head: placed.pose, reprojection_rms_px: placed.rms_px }
+        FrameReport { name, used, reason, reason_kind, cam_from_head: placed.pose, reprojection_rms_px: placed.rms_px }
     };
     measured.frames.iter().enumerate().map(report).collect()
 }

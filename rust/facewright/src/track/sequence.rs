@@ -13,6 +13,7 @@ use super::surface::{SkinPoint, Surface, View};
 use super::{FrameTracks, PointObservation, PointTrack, Tracks};
 use crate::camera::starting_camera;
 use crate::faces::{Clip, KnownHead, SelectOptions, TrackedSkin, candidates, judge_all, yaw_pitch};
+use crate::reason::{FrameReason, Told};
 use crate::{Assets, CameraSource, FacewrightError, FrameSet, Given, Method, Schema, SizeOptions, SourcedCamera};
 use clap::Args;
 use geometry::mesh::at_barycentric;
@@ -134,7 +135,7 @@ pub(super) struct Sequence<'a> {
     triangles: Vec<[u32; 3]>,
     pub search: SearchOptions,
     /// How good each frame is to choose points in, or why it is not.
-    quality: Vec<Result<f64, String>>,
+    quality: Vec<Result<f64, FrameReason>>,
     /// Standard deviation of the noise in frames that nobody looked at, grey levels.
     noise: f64,
 }
@@ -344,12 +345,13 @@ impl<'a> Sequence<'a> {
         let frame = |i: usize| {
             let pose = self.known.pose(i);
             let reason = match (&self.quality[i], &pose) {
-                (_, Some(pose)) if counts[i] > 0 => format!("yaw {:+.0}°", yaw_pitch(pose).0.to_degrees()),
+                (_, Some(pose)) if counts[i] > 0 => FrameReason::yaw(pose),
                 (Err(reason), _) => reason.clone(),
-                _ => "no point was found again".to_owned(),
+                _ => FrameReason::NothingFound,
             };
             let name = self.clip.frames.frames[i].name.clone();
-            FrameTracks { name, used: counts[i] > 0, reason, cam_from_head: pose, points: counts[i] }
+            let Told { reason, kind: reason_kind } = reason.told();
+            FrameTracks { name, used: counts[i] > 0, reason, reason_kind, cam_from_head: pose, points: counts[i] }
         };
         Tracks {
             schema: Schema,

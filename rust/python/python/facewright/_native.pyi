@@ -436,6 +436,9 @@ class TrackedFrame:
     def reason(self) -> str:
         """What it shows, or why nothing was found."""
     @property
+    def reason_kind(self) -> str | None:
+        """The same as a word for programs, like `blurred`; None in files that do not tell."""
+    @property
     def cam_from_head(self) -> NDArray[np.float64] | None:
         """(4, 4) pose of the head by its landmarks, metres; None where no face was found."""
     @property
@@ -598,6 +601,9 @@ class MotionFrame:
     def reason(self) -> str:
         """What it rests on, or why there is no pose."""
     @property
+    def reason_kind(self) -> str | None:
+        """The same as a word for programs, like `blurred`; None in files that do not tell."""
+    @property
     def cam_from_head(self) -> NDArray[np.float64] | None:
         """(4, 4) pose of the head, metres; None where it was left out."""
     @property
@@ -675,6 +681,9 @@ class Report:
     def frames(self) -> list[ReportFrame]:
         """Every frame given."""
     @property
+    def left_out(self) -> list[tuple[int, str]]:
+        """How many frames were left out for each reason, in a few words each."""
+    @property
     def points(self) -> int:
         """Number of measured 3D points."""
     @property
@@ -708,6 +717,9 @@ class ReportFrame:
     @property
     def reason(self) -> str:
         """Why, or why not."""
+    @property
+    def reason_kind(self) -> str | None:
+        """The same as a word for programs, like `blurred`; None in files that do not tell."""
     @property
     def cam_from_head(self) -> NDArray[np.float64] | None:
         """(4, 4) pose of the head, metres; None where no face was found."""

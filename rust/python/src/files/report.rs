@@ -39,6 +39,12 @@ impl Report {
         self.0.frames.iter().cloned().map(ReportFrame).collect()
     }
 
+    /// How many frames were left out for each reason, in a few words each.
+    #[getter]
+    fn left_out(&self) -> Vec<(usize, String)> {
+        self.0.left_out()
+    }
+
     /// Number of measured 3D points.
     #[getter]
     fn points(&self) -> usize {
@@ -119,6 +125,12 @@ impl ReportFrame {
     #[getter]
     fn reason(&self) -> &str {
         &self.0.reason
+    }
+
+    /// The same as a word for programs, like `blurred`; None in files that do not tell.
+    #[getter]
+    fn reason_kind(&self) -> Option<String> {
+        self.0.reason_kind.map(|kind| word(&kind))
     }
 
     /// (4, 4) pose of the head, metres; None where no face was found.

@@ -117,6 +117,12 @@ impl TrackedFrame {
         &self.0.reason
     }
 
+    /// The same as a word for programs, like `blurred`; None in files that do not tell.
+    #[getter]
+    fn reason_kind(&self) -> Option<String> {
+        self.0.reason_kind.map(|kind| word(&kind))
+    }
+
     /// (4, 4) pose of the head by its landmarks, metres; None where no face was found.
     #[getter]
     fn cam_from_head<'py>(&self, py: Python<'py>) -> Option<Rows<'py>> {
