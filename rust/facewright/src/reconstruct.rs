@@ -45,7 +45,11 @@ impl Default for ReconstructOptions {
 }
 
 impl ReconstructOptions {
-    pub(crate) fn validate(&self) -> Result<(), FacewrightError> {
+    /// Refuses a texture of no use, and sizes that no head has.
+    ///
+    /// # Errors
+    /// [`FacewrightError::Option`].
+    pub fn validate(&self) -> Result<(), FacewrightError> {
         if !(64..=8192).contains(&self.texture_size) {
             return Err(FacewrightError::Option { name: "the texture size", expected: "64 to 8192 pixels" });
         }

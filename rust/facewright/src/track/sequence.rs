@@ -62,14 +62,27 @@ impl Default for TrackClipOptions {
 }
 
 impl TrackClipOptions {
-    fn validate(&self) -> Result<(), FacewrightError> {
-        if !(8..=5000).contains(&self.points) {
-            return Err(FacewrightError::Option { name: "the number of points", expected: "8 to 5000" });
-        }
-        match self.window.filter(|w| !(3..=31).contains(w) || w.is_multiple_of(2)) {
-            Some(window) => Err(TrackError::Window(window).into()),
-            None => Ok(()),
-        }
+    /// Refuses numbers of points and windows with which nothing can be tracked. Whether the frame exists, its clip tells.
+    ///
+    /// # Errors
+    /// [`FacewrightError::Option`], [`TrackError::Window`].
+    pub fn validate(&self) -> Result<(), FacewrightError> {
+        check_points(self.points)?;
+        check_window(self.window)
+    }
+}
+
+/// Refuses as many points as no face has, or too few for a motion.
+pub(super) fn check_points(points: usize) -> Result<(), FacewrightError> {
+    let is_sensible = (8..=5000).contains(&points);
+    is_sensible.then_some(()).ok_or(FacewrightError::Option { name: "the number of points", expected: "8 to 5000" })
+}
+
+/// Refuses a window that the tracker does not have, before anything is read.
+pub(super) fn check_window(window: Option<usize>) -> Result<(), FacewrightError> {
+    match window.filter(|w| !(3..=31).contains(w) || w.is_multiple_of(2)) {
+        Some(window) => Err(TrackError::Window(window).into()),
+        None => Ok(()),
     }
 }
 
