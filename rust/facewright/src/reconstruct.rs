@@ -296,14 +296,11 @@ fn frame_reports(clip: &Clip, measured: &Measured) -> Vec<FrameReport> {
 }
 
 /// The generic head itself as a result: its own shape and keys, plain textures, an empty report.
-pub fn generic_head(folder: &std::path::Path) -> Result<Reconstruction, FacewrightError> {
-    let path = folder.join("generic_head.safetensors.gz");
-    let bytes = std::fs::read(&path).map_err(|_| FacewrightError::NoAssets { path })?;
-    let head = GenericHead::from_bytes(&bytes)?;
+pub fn generic_head(head: &GenericHead) -> Reconstruction {
     let mut keys = head.keys.clone();
     let visemes = viseme_keys(&keys);
     keys.extend(visemes);
-    let mut result = Reconstruction::on(&head, head.positions.clone(), keys, Report::empty());
+    let mut result = Reconstruction::on(head, head.positions.clone(), keys, Report::empty());
     (result.texture, result.eyes) = plain();
-    Ok(result)
+    result
 }

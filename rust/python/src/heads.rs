@@ -193,6 +193,6 @@ pub fn overlay(result: PathBuf, frames: Vec<PathBuf>, folder: PathBuf) -> PyResu
 #[pyfunction]
 pub fn generic_head(py: Python<'_>, assets: AssetsArgument<'_>) -> PyResult<Reconstruction> {
     let assets = assets.handle();
-    let head = py.detach(|| facewright::generic_head(assets.folder())).map_err(|e| raise(&e))?;
+    let head = py.detach(|| assets.with_head(facewright::generic_head)).map_err(|e| raise(&e))?;
     Ok(Reconstruction::new(head))
 }
