@@ -7,6 +7,7 @@ mod faces;
 mod motion;
 mod report;
 mod rig;
+mod shared;
 mod tracks;
 
 pub use camera::Camera;
@@ -17,8 +18,9 @@ pub use tracks::Tracks;
 
 use camera::{Board, BoardBend, BoardImage};
 use motion::{MotionFrame, MotionPoints, Roughness};
-use report::{FitReport, Report, ReportFrame, Scale, TextureReport};
+use report::{FitReport, Report, ReportFrame, TextureReport};
 use rig::MountedCamera;
+use shared::Scale;
 use tracks::{Track, TrackedFrame};
 
 use geometry::Transform;
