@@ -1,5 +1,6 @@
 """The head as objects: parts, keys, drivers, keyframes, a second run."""
 
+import json
 import shutil
 from pathlib import Path
 from types import ModuleType
@@ -150,3 +151,9 @@ def test_a_generic_head_needs_no_nets(engine: ModuleType, tmp_path: Path) -> Non
     shutil.copy(Path(engine.assets_folder()) / name, tmp_path / name)
     head = facewright.generic_head(tmp_path)
     assert (head.positions == engine.generic_head().positions).all()
+
+
+def test_a_report_is_text_and_a_class(engine: ModuleType) -> None:
+    head = engine.generic_head()
+    assert isinstance(head.report, str) and json.loads(head.report) == json.loads(str(head.parsed_report))
+    assert head.parsed_report == engine.Report.parse(head.report) and head.parsed_report.frames == []

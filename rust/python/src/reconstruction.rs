@@ -1,5 +1,6 @@
 //! A finished head as arrays.
 
+use crate::files::Report;
 use crate::raise;
 use geometry::Vec3;
 use head::expressions::expressions;
@@ -79,6 +80,12 @@ impl Reconstruction {
     #[getter]
     fn report(&self) -> String {
         serde_json::to_string_pretty(&self.0.report).unwrap_or_default()
+    }
+
+    /// The same as `report`, read: frames, fit and texture as attributes.
+    #[getter]
+    fn parsed_report(&self) -> Report {
+        Report::new(self.0.report.clone())
     }
 
     fn write(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {

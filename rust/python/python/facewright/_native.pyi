@@ -164,6 +164,9 @@ class Reconstruction:
     @property
     def report(self) -> str:
         """report.json as text."""
+    @property
+    def parsed_report(self) -> Report:
+        """The same as `report`, read: frames, fit and texture as attributes."""
     def write(self, folder: str) -> None:
         """Write head.glb, texture.png, eyes.png and report.json, all or none."""
 
@@ -491,6 +494,57 @@ class Track:
     @property
     def place(self) -> tuple[float, float, float] | None:
         """Where it is on the landmarks' head at rest, head frame, metres; the artist's own points have no place."""
+
+class Matches:
+    """A matches.json: corners of the face matched between two frames."""
+
+    @staticmethod
+    def parse(text: str) -> Matches:
+        """Read the text of a matches.json; raises FacewrightError with what is wrong."""
+    @staticmethod
+    def read(path: Path) -> Matches:
+        """Read a matches.json; raises FacewrightError with what is wrong."""
+    def write(self, path: Path) -> None:
+        """Write a matches.json, whole or not at all."""
+    def to_json(self) -> str:
+        """The text of a matches.json, in one line."""
+    @property
+    def pairs(self) -> list[MatchedPair]:
+        """The pairs of frames."""
+    def __len__(self) -> int: ...
+
+class MatchedPair:
+    """The matches of two frames as arrays of one length."""
+
+    @property
+    def a(self) -> str:
+        """Name of the first frame, without extension."""
+    @property
+    def b(self) -> str:
+        """Name of the second frame, without extension."""
+    @property
+    def points_a(self) -> NDArray[np.float64]:
+        """(n, 2) where they are in the first frame, pixels as filmed: x right, y down, centres at integers."""
+    @property
+    def points_b(self) -> NDArray[np.float64]:
+        """(n, 2) where they are in the second frame; one that is not kept, where it was last believed to be."""
+    @property
+    def kept(self) -> NDArray[np.bool_]:
+        """(n,) whether each is believed."""
+    @property
+    def tracked(self) -> NDArray[np.float64]:
+        """(n, 2) where the tracker had put them in the second frame before the correction; NaN where it had given up.
+        """
+    @property
+    def outcomes(self) -> list[str]:
+        """What became of each: kept, or moved or rejected with why."""
+    @property
+    def violations_before(self) -> int:
+        """Cross matches (method paper) or flipped triangles (default) before the correction."""
+    @property
+    def violations_after(self) -> int:
+        """The same after it."""
+    def __len__(self) -> int: ...
 
 class Faces:
     """A faces.json: what the nets saw in the frames of a clip that they looked at."""
