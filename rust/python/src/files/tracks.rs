@@ -100,16 +100,16 @@ impl TrackedFrame {
 }
 
 /// A point of the face in the frames in which it was found.
+///
+/// Made of its number, the indices `frames` in which it was found, ascending, the `reference` among them in which it was chosen, `points`
+/// (n, 2) pixels with standard deviations `sigmas` (n,), and the `region`: skin, mouth, eyes or brows. `missing` gives a reason for
+/// frames in which it was not found. What contradicts itself is refused when the track comes into a Tracks.
 #[pyclass(frozen, eq, from_py_object, module = "facewright")]
 #[derive(Clone, PartialEq)]
 pub struct Track(PointTrack);
 
 #[pymethods]
 impl Track {
-    /// A point that was found in `frames`, ascending, at `points` (n, 2) pixels with standard deviations `sigmas` (n,).
-    ///
-    /// `missing` gives a reason for frames in which it was not found. What contradicts itself is refused when the track
-    /// comes into a Tracks.
     #[new]
     #[pyo3(signature = (id, *, reference, region, frames, points, sigmas, missing = BTreeMap::new(), place = None))]
     fn new(
