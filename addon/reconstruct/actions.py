@@ -1,6 +1,5 @@
 """What the reconstruction's buttons do."""
 
-from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -223,13 +222,11 @@ def report_lines(text: str) -> list[str]:
     """A report in a few lines for the panel."""
     report = parse_report(text)
     used = [frame for frame in report.frames if frame.used]
-    # What differs from frame to frame follows a colon or stands in brackets.
-    reasons = Counter(frame.reason.split(":")[0].split("(")[0].strip() for frame in report.frames if not frame.used)
     if not report.frames:
         return []
     return [
         f"{len(used)} of {len(report.frames)} frames, {report.points} points",
-        *(f"{count} × {reason}" for reason, count in reasons.items()),
+        *(f"{count} × {reason}" for count, reason in report.left_out),
         f"Fit {report.fit.points_median_mm:.2f} mm, texture {100 * report.texture.seen:.0f} % seen",
     ]
 

@@ -137,8 +137,8 @@ def _rows(tracks: Tracks, numbers: NDArray[np.int64], footage: Footage) -> tuple
 
 
 def _row(frame: TrackedFrame) -> dict[str, Any]:
-    pose = frame.cam_from_head
-    return {"used": frame.used, "reason": frame.reason, "cam_from_head": pose.tolist() if pose is not None else None}
+    pose, why = frame.cam_from_head, {"reason": frame.reason, "reason_kind": frame.reason_kind}
+    return {"used": frame.used, **why, "cam_from_head": pose.tolist() if pose is not None else None}
 
 
 def _kept(face: TrackingObject, record: Record) -> Kept:

@@ -1,9 +1,12 @@
 """The head as objects: parts, keys, drivers, keyframes, a second run."""
 
+import json
+import shutil
 from pathlib import Path
 from types import ModuleType
 
 import bpy
+import facewright
 import numpy as np
 import pytest
 
@@ -141,3 +144,16 @@ def test_head_glb_is_imported_with_its_parts_and_keys(engine: ModuleType, tmp_pa
     blocks = bpy.data.objects["skin"].data.shape_keys.key_blocks
     assert [block.name for block in blocks] == ["Basis", *(name for name, _, _ in head.keys)]
     assert len(blocks) == 1 + 52 + 15
+
+
+def test_a_generic_head_needs_no_nets(engine: ModuleType, tmp_path: Path) -> None:
+    name = "generic_head.safetensors.gz"
+    shutil.copy(Path(engine.assets_folder()) / name, tmp_path / name)
+    head = facewright.generic_head(tmp_path)
+    assert (head.positions == engine.generic_head().positions).all()
+
+
+def test_a_report_is_text_and_a_class(engine: ModuleType) -> None:
+    head = engine.generic_head()
+    assert isinstance(head.report, str) and json.loads(head.report) == json.loads(str(head.parsed_report))
+    assert head.parsed_report == engine.Report.parse(head.report) and head.parsed_report.frames == []

@@ -1,5 +1,6 @@
 """Two people in one scene: a head each, of its own in every respect, whatever an artist does to the objects."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -507,6 +508,16 @@ def test_expressions_and_report_are_those_of_the_active_objects_head(clips: Clip
         assert skin.name in drawn("FACEWRIGHT_PT_report", object=skin).split(), "the panel says whose the report is"
     assert "This is Anna" in drawn("FACEWRIGHT_PT_report", object=anna)
     assert "This is Ben" in drawn("FACEWRIGHT_PT_report", object=ben)
+
+
+def test_the_report_counts_frames_by_the_kind_of_their_reason(clips: Clips) -> None:
+    anna = run(clips.anna)
+    told = json.loads(anna["facewright_report"])
+    frame = {"used": False, "reason_kind": "blurred", "cam_from_head": None, "reprojection_rms_px": None}
+    sentences = ("12 % as sharp as the others", "its sharpness is 30 % of what is usual")
+    frames = [frame | {"name": str(k), "reason": sentence} for k, sentence in enumerate(sentences)]
+    anna["facewright_report"] = json.dumps(told | {"frames": frames})
+    assert "0 of 2 frames, 0 points 2 × blurred Fit" in drawn("FACEWRIGHT_PT_report", object=anna)
 
 
 def test_without_an_active_object_they_are_the_last_heads_that_was_made(clips: Clips) -> None:

@@ -147,6 +147,7 @@ def test_tracks_of_frames_with_other_names_are_taken_by_their_order(clip: bpy.ty
     place(clip, tracks)
     back = read(clip)
     assert [frame["name"] for frame in back["frames"]] == NAMES, "the clip's own names"
+    assert [frame.get("reason_kind") for frame in back["frames"][3:6]] == [None, "blurred", None]
     assert back["tracks"][3]["gaps"] == tracks["tracks"][3]["gaps"]
 
 

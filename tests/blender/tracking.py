@@ -27,6 +27,7 @@ def made_up(count: int = 12, names: list[str] | None = None, seed: int = 3, firs
         {"name": name, "used": k != 4, "reason": "blurred" if k == 4 else "", "cam_from_head": poses.get(name)}
         for k, name in enumerate(names)
     ]
+    frames[4]["reason_kind"] = "blurred"
     for k, frame in enumerate(frames):
         frame["points"] = sum(k in [row[0] for row in track["observations"]] for track in tracks)
     camera = TRUTH["camera"] | {"source": "board"}

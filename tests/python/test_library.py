@@ -61,6 +61,29 @@ def test_an_option_that_cannot_be_is_refused(field: str, value: Any, kind: Any, 
         facewright.ReconstructOptions(**{field: value})
 
 
+@pytest.mark.parametrize(
+    ("options", "field", "value", "sentence"),
+    [
+        ("ReconstructOptions", "texture_size", 8, "the texture size must be 64 to 8192 pixels"),
+        ("MotionOptions", "interocular_mm", 6.3, "the distance between the eyes must be 40 to 90 mm"),
+        ("TrackOptions", "points", 3, "the number of points must be 8 to 5000"),
+        ("TrackOptions", "window", 8, "the tracking window is 8 pixels: choose an odd number from 3 to 31"),
+        ("MatchOptions", "points", 100000, "the number of points must be 8 to 5000"),
+        ("MatchOptions", "window", 33, "the tracking window is 33 pixels"),
+        ("MatchOptions", "epipolar_px", 0.0, "the distance from an epipolar line must be more than 0 pixels"),
+        ("CalibrateOptions", "distortion_terms", 4, "the number of distortion terms must be 0 to 3"),
+        ("SheetOptions", "dpi", 0.0, "the resolution must be more than 0 dots per inch"),
+        ("BoardOptions", "square_mm", -1.0, "the board's square must be longer than 0 mm"),
+    ],
+)
+def test_a_senseless_value_fails_where_it_is_written(options: str, field: str, value: Any, sentence: str) -> None:
+    made = getattr(facewright, options)
+    with pytest.raises(facewright.OptionError, match=sentence):
+        made(**{field: value})
+    with pytest.raises(facewright.OptionError, match=sentence):
+        made().replace(**{field: value})
+
+
 def test_functions_take_options_and_their_fields(tmp_path: Path) -> None:
     small = facewright.SheetOptions(inner=(5, 4), square_mm=20.0)
     facewright.save_board(tmp_path / "board.svg", options=small, mark=False)

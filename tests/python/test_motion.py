@@ -16,7 +16,7 @@ def content() -> Content:
     pose = [[1.0, 0.0, 0.0, 0.01], [0.0, -1.0, 0.0, 0.02], [0.0, 0.0, -1.0, 0.6], [0.0, 0.0, 0.0, 1.0]]
     posed = {"used": True, "reason": "", "rotation_sigma_deg": 0.1, "translation_sigma_mm": 0.4, "points": 40}
     frames = [{"name": f"frame_{k}", "cam_from_head": pose, "reprojection_rms_px": 0.2} | posed for k in range(3)]
-    frames[1] |= {"used": False, "reason": "blurred", "points": 0}
+    frames[1] |= {"used": False, "reason": "blurred", "reason_kind": "blurred", "points": 0}
     frames[1] |= dict.fromkeys(("cam_from_head", "rotation_sigma_deg", "translation_sigma_mm", "reprojection_rms_px"))
     point = {"sigma_mm": 0.3, "frames": 2, "reprojection_rms_px": 0.1, "moves": False}
     return {
@@ -41,6 +41,7 @@ def test_what_is_in_the_file_is_read(facewright: ModuleType) -> None:
     read = facewright.Motion.parse(json.dumps(content()))
     assert read.size == (640, 480) and read.camera.fx == 700.0 and read.focal_sigma_px == 2.5
     assert read.posed == [0, 2] and read.frames[1].reason == "blurred" and read.frames[1].reprojection_rms_px is None
+    assert read.frames[1].reason_kind == "blurred" and read.frames[0].reason_kind is None
     assert read.frames[0].cam_from_head[2, 3] == 0.6 and read.frames[0].rotation_sigma_deg == 0.1
     assert read.poses.shape == (3, 4, 4) and np.isnan(read.poses[1]).all() and read.poses[2, 1, 1] == -1.0
     points = read.points

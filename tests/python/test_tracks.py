@@ -81,6 +81,17 @@ def test_an_older_file_knows_no_schema_no_places_and_no_pupils(facewright: Modul
     assert facewright.Tracks.parse(json.dumps(older)).frames[0].reason == ""
 
 
+def test_kinds_of_reasons_are_kept_and_older_files_have_none(facewright: ModuleType) -> None:
+    whole = content()
+    whole["frames"][3] |= {"reason": "whatever it is called", "reason_kind": "blurred"}
+    told = facewright.Tracks.parse(json.dumps(whole))
+    assert told.frames[3].reason_kind == "blurred" and told.frames[0].reason_kind is None
+    assert json.loads(str(told)) == written(whole)
+    whole["frames"][3] |= {"reason_kind": "struck_by_lightning"}
+    newer = facewright.Tracks.parse(json.dumps(whole)).frames[3]
+    assert newer.reason_kind is None and newer.reason == "whatever it is called"
+
+
 def test_a_newer_file_is_told_of(facewright: ModuleType) -> None:
     newer = json.dumps({"schema": 2, "tracks": "of another kind"})
     with pytest.raises(facewright.FacewrightError, match=r"a newer Facewright wrote it \(schema 2"):
@@ -119,6 +130,7 @@ def test_of_a_part_of_the_frames_the_numbers_follow(facewright: ModuleType) -> N
         "name": "other",
         "used": False,
         "reason": "",
+        "reason_kind": "not_tracked",
         "cam_from_head": None,
         "points": 0,
     }

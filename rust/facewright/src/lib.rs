@@ -46,6 +46,7 @@ mod motion;
 mod on_rig;
 pub mod pictures;
 pub mod program;
+mod reason;
 mod reconstruct;
 mod result;
 mod size;
@@ -70,6 +71,7 @@ pub use frames::{Frame, FrameSet};
 pub use given::Given;
 pub use method::Method;
 pub use on_rig::{RigFrames, reconstruct_on_rig};
+pub use reason::ReasonKind;
 pub use reconstruct::{ReconstructOptions, generic_head, reconstruct};
 pub use result::{
     FitReport, FrameReport, Reconstruction, Report, ReportCamera, Scale, TextureReport, overlay, overlay_on_rig,

@@ -7,6 +7,7 @@ use crate::faces::{Clip, KnownHead, median};
 use crate::head::unseen::replace_unseen;
 use crate::head::{Measured, MeasuredFrame, eyes, features, paper, paper_eyes, shape};
 use crate::motion::{Rig, solve_on_films};
+use crate::reason::Told;
 use crate::texture::{make_textures, plain};
 use crate::track::{Corners, track_head};
 use crate::{
@@ -44,7 +45,11 @@ impl Default for ReconstructOptions {
 }
 
 impl ReconstructOptions {
-    pub(crate) fn validate(&self) -> Result<(), FacewrightError> {
+    /// Refuses a texture of no use, and sizes that no head has.
+    ///
+    /// # Errors
+    /// [`FacewrightError::Option`].
+    pub fn validate(&self) -> Result<(), FacewrightError> {
         if !(64..=8192).contains(&self.texture_size) {
             return Err(FacewrightError::Option { name: "the texture size", expected: "64 to 8192 pixels" });
         }
@@ -278,28 +283,25 @@ fn camera_warning(source: CameraSource) -> Option<String> {
 /// What is said of each frame. Its pose is its points', or its landmarks' where they tell none, which its reason says.
 fn frame_reports(clip: &Clip, measured: &Measured) -> Vec<FrameReport> {
     let report = |(index, placed): (usize, &MeasuredFrame)| {
-        let (used, mut reason) = match &measured.chosen.verdicts[index] {
-            Ok(reason) => (measured.chosen.frames.contains(&index), reason.clone()),
-            Err(reason) => (false, reason.clone()),
+        let (used, Told { mut reason, kind: reason_kind }) = match &measured.chosen.verdicts[index] {
+            Ok(reason) => (measured.chosen.frames.contains(&index), reason.told()),
+            Err(reason) => (false, reason.told()),
         };
         if placed.by_landmarks {
             reason.push_str(", posed by its landmarks alone");
         }
         let name = clip.faces.frames[index].name.clone();
-        FrameReport { name, used, reason, cam_from_head: placed.pose, reprojection_rms_px: placed.rms_px }
+        FrameReport { name, used, reason, reason_kind, cam_from_head: placed.pose, reprojection_rms_px: placed.rms_px }
     };
     measured.frames.iter().enumerate().map(report).collect()
 }
 
 /// The generic head itself as a result: its own shape and keys, plain textures, an empty report.
-pub fn generic_head(folder: &std::path::Path) -> Result<Reconstruction, FacewrightError> {
-    let path = folder.join("generic_head.safetensors.gz");
-    let bytes = std::fs::read(&path).map_err(|_| FacewrightError::NoAssets { path })?;
-    let head = GenericHead::from_bytes(&bytes)?;
+pub fn generic_head(head: &GenericHead) -> Reconstruction {
     let mut keys = head.keys.clone();
     let visemes = viseme_keys(&keys);
     keys.extend(visemes);
-    let mut result = Reconstruction::on(&head, head.positions.clone(), keys, Report::empty());
+    let mut result = Reconstruction::on(head, head.positions.clone(), keys, Report::empty());
     (result.texture, result.eyes) = plain();
-    Ok(result)
+    result
 }

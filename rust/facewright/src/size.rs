@@ -66,6 +66,9 @@ impl SizeOptions {
     }
 
     /// Refuses a distance that no person has, and a length that is none.
+    ///
+    /// # Errors
+    /// [`FacewrightError::Option`].
     pub fn validate(&self) -> Result<(), FacewrightError> {
         if self.lengths.iter().any(|known| !(known.length > 0.0 && known.length.is_finite())) {
             return Err(FacewrightError::Option { name: "a measured length", expected: "longer than 0 mm" });

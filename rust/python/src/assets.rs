@@ -1,9 +1,10 @@
 //! The generic head and the nets, read once for all jobs.
 
 use facewright::FacewrightError as CoreError;
+use head::GenericHead;
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 struct Shared {
     folder: PathBuf,
@@ -26,13 +27,26 @@ impl Handle {
 
     /// The assets, read where nobody has read them yet. Others who come in the meantime wait.
     pub fn load(&self) -> Result<Arc<facewright::Assets>, CoreError> {
-        let mut loaded = self.0.loaded.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut loaded = self.loaded();
         if let Some(assets) = &*loaded {
             return Ok(assets.clone());
         }
         let assets = Arc::new(facewright::Assets::load(&self.0.folder)?);
         *loaded = Some(assets.clone());
         Ok(assets)
+    }
+
+    /// What is made of the generic head, which is read alone where nobody has read the assets yet.
+    pub fn with_head<T>(&self, make: impl FnOnce(&GenericHead) -> T) -> Result<T, CoreError> {
+        let loaded = self.loaded().clone();
+        Ok(match loaded {
+            Some(assets) => make(&assets.head),
+            None => make(&facewright::Assets::load_head(&self.0.folder)?),
+        })
+    }
+
+    fn loaded(&self) -> MutexGuard<'_, Option<Arc<facewright::Assets>>> {
+        self.0.loaded.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -16,7 +16,8 @@ use std::path::{Path, PathBuf};
 
 /// Write a board to print as the SVG, PDF or PNG that the path's extension says, exact at 100 % print scale.
 ///
-/// `options` or further keywords are those of SheetOptions: the board, the page, the mark.
+/// `options` or further keywords are those of SheetOptions: the board, the page, the mark. Raises OptionError for a
+/// board that cannot be or does not fit on the page, OutputError where the file cannot be written.
 #[pyfunction]
 #[pyo3(signature = (path, *, options = None, **fields))]
 pub fn save_board(
@@ -33,6 +34,9 @@ pub fn save_board(
 ///
 /// `options` or further keywords are those of CalibrateOptions. The result is also drawn into `picture`, as by
 /// save_calibration_picture.
+///
+/// Raises OptionError and OutputError at once. The job raises InputError for pictures that cannot be read, CameraError
+/// where the board is found in too few of them, or they do not tell the camera.
 #[pyfunction]
 #[pyo3(signature = (pictures, *, picture = None, options = None, **fields))]
 pub fn calibrate(
@@ -53,8 +57,9 @@ pub fn calibrate(
 
 /// Calibrate cameras that saw one board at the same moments, and where they stand; the job's result is a Rig.
 ///
-/// `cameras` are (name, pictures). Pictures with the same number at the end of their names belong to one moment; without
-/// numbers, the k-th ones of all cameras do. `options` or further keywords are those of CalibrateOptions.
+/// `cameras` are (name, pictures), two or more. Pictures with the same number at the end of their names belong to one
+/// moment; without numbers, the k-th ones of all cameras do. `options`, `picture` and errors are those of calibrate;
+/// CameraError also where pictures of the cameras do not belong together.
 #[pyfunction]
 #[pyo3(signature = (cameras, *, picture = None, options = None, **fields))]
 pub fn calibrate_rig(
@@ -84,6 +89,9 @@ pub fn check_picture(picture: Option<&Path>) -> PyResult<()> {
 }
 
 /// Draw a Camera or a Rig, or the text of either's file, into the SVG, PDF or PNG that the path's extension says.
+///
+/// Raises OutputError where the file cannot be written, FacewrightError for a camera that does not tell of the boards
+/// it was calibrated from.
 #[pyfunction]
 pub fn save_calibration_picture(py: Python<'_>, calibration: Calibration, path: PathBuf) -> PyResult<()> {
     let drawing = calibration.drawing()?;
@@ -92,8 +100,11 @@ pub fn save_calibration_picture(py: Python<'_>, calibration: Calibration, path: 
 
 /// Write image files, folders of them or videos without lens distortion into a folder, as PNG under their names.
 ///
-/// `camera` is a Camera, or the text of its file. The job's result is the Camera of the new pictures, which is also left as
-/// camera.json among them. `options` or further keywords are those of UndistortOptions.
+/// `camera` is a Camera, or the text of its file. The job's result is the Camera of the new pictures, which is also
+/// left as camera.json among them. `options` or further keywords are those of UndistortOptions.
+///
+/// Raises OutputError at once where the folder cannot be written. The job raises InputError for pictures that cannot be
+/// read, CameraError for the camera of another size.
 #[pyfunction]
 #[pyo3(signature = (pictures, folder, *, camera, options = None, **fields))]
 pub fn undistort(

@@ -18,10 +18,16 @@ use std::path::PathBuf;
 /// Times of the steps with a rig, in parts: the frames are opened, then worked on.
 const OPENING: [f64; 2] = [0.03, 0.97];
 
-/// Match corners of the face between two frames; the job's result is matches.json as text.
+/// Match corners of the face between two frames; the job's result is the text of a matches.json, which Matches.parse
+/// reads.
 ///
-/// `camera` is a Camera, or the text of its file. Both frames with their matches are also drawn into `picture`: SVG, PDF or PNG. `options`
-/// or further keywords are those of MatchOptions.
+/// `a` and `b` are image files. `camera` is a Camera, or the text of its file; without it the focal length is
+/// estimated. Both frames with their matches are also drawn into `picture`: SVG, PDF or PNG. `options` or further
+/// keywords are those of MatchOptions.
+///
+/// Raises OptionError, and OutputError for another kind of picture, at once. The job raises InputError for frames that
+/// cannot be read, SetupError without assets, CameraError for the camera of another size, FilmError where a face is
+/// missing or hardly a match is right.
 #[pyfunction]
 #[pyo3(signature = (a, b, *, assets, camera = None, picture = None, options = None, **fields))]
 pub fn match_pair(
@@ -45,7 +51,11 @@ pub fn match_pair(
 
 /// Find the face in image files, folders or videos; the job's result is Faces.
 ///
-/// `camera` is a Camera, or the text of its file; without it the focal length is estimated.
+/// `frames` are in the order of time. `camera` is a Camera, or the text of its file; without it the focal length is
+/// estimated.
+///
+/// The job raises InputError for frames that cannot be read, CameraError for the camera of another size, FilmError
+/// where no frame shows a face.
 #[pyfunction]
 #[pyo3(signature = (frames, *, assets, camera = None))]
 pub fn find_faces(frames: Vec<PathBuf>, assets: AssetsArgument<'_>, camera: Option<Or<Camera>>) -> PyResult<Job> {
@@ -59,8 +69,12 @@ pub fn find_faces(frames: Vec<PathBuf>, assets: AssetsArgument<'_>, camera: Opti
 
 /// Track points of the face through image files, folders or videos; the job's result is Tracks.
 ///
-/// `camera` is a Camera, `faces` are those found before, or the texts of their files; without a camera the focal length is
-/// estimated. `options` or further keywords are those of TrackOptions.
+/// `frames` are in the order of time, two or more. `camera` is a Camera, `faces` are those found in the same frames
+/// before, or the texts of their files; without a camera the focal length is estimated. `options` or further keywords
+/// are those of TrackOptions. Places are pixels of the picture as filmed: x right, y down, centres at integers.
+///
+/// Raises OptionError at once. The job raises InputError for frames that cannot be read, CameraError for the camera of
+/// another size, TracksError for the faces of another clip, FilmError where no frame shows a face.
 #[pyfunction]
 #[pyo3(signature = (frames, *, assets, camera = None, faces = None, options = None, **fields))]
 pub fn track(
@@ -83,7 +97,11 @@ pub fn track(
 /// Solve for the head's pose in every frame and the places of its points; the job's result is a Motion.
 ///
 /// `tracks` are Tracks, `camera` a Camera to take instead of theirs, or the texts of their files. `options` or further
-/// keywords are those of MotionOptions; `lengths` are (number of a track, number of another, millimetres between them).
+/// keywords are those of MotionOptions; `lengths` are (number of a track, number of another, millimetres between them)
+/// as measured on the head. Poses are (4, 4) cam_from_head, places are in the head frame, both in metres.
+///
+/// Raises OptionError at once. The job raises CameraError for the camera of another size, TracksError for tracks that
+/// do not tell what is needed, FilmError where the head does not turn, or no motion explains its points.
 #[pyfunction]
 #[pyo3(signature = (tracks, *, camera = None, options = None, **fields))]
 pub fn motion(
@@ -99,10 +117,14 @@ pub fn motion(
     })
 }
 
-/// Solve for the motion that the first film shows; the places of the rig's cameras give its size.
+/// Solve for the motion that the first film shows; the places of the rig's cameras give its size. The job's result is a
+/// Motion.
 ///
-/// `films` are names of the rig's cameras with the Tracks of the film each took at the same moments, `rig` is a Rig; texts of
-/// their files will do. The job's result is a Motion.
+/// `films` are (name of a camera of the rig, Tracks of the film that it took at the same moments), two or more, `rig`
+/// is a Rig; the texts of their files will do.
+///
+/// The job raises CameraError for a camera that the rig has not, and for films that do not show the same moments; else
+/// as motion does.
 #[pyfunction]
 pub fn motion_on_rig(films: Vec<(String, Or<Tracks>)>, rig: Or<Rig>) -> PyResult<Job> {
     let (films, rig) = given::films(&films, &rig)?;
@@ -111,7 +133,13 @@ pub fn motion_on_rig(films: Vec<(String, Or<Tracks>)>, rig: Or<Rig>) -> PyResult
 
 /// Reconstruct the head in image files, folders or videos; the job's result is a Reconstruction.
 ///
-/// `camera`, `faces`, `tracks` and `motion` of the same frames, or the texts of their files: what is given is not found anew. `options` or further keywords are those of ReconstructOptions.
+/// `frames` are in the order of time, two or more. `camera`, `faces`, `tracks` and `motion` of the same frames, or the
+/// texts of their files: what is given is not found anew. `options` or further keywords are those of
+/// ReconstructOptions. Nothing is written: Reconstruction.write does.
+///
+/// Raises OptionError at once. The job raises InputError for frames that cannot be read, CameraError for the camera of
+/// another size, TracksError for what belongs to another clip, FilmError where the head does not turn or hardly a frame
+/// is sharp, uncovered and quiet.
 #[pyfunction]
 #[pyo3(signature = (frames, *, assets, camera = None, faces = None, tracks = None, motion = None, options = None, **fields))]
 pub fn reconstruct(
@@ -133,11 +161,15 @@ pub fn reconstruct(
     })
 }
 
-/// Reconstruct the head that a rig's cameras filmed at the same moments, or took one photograph each of; the job's result is a
-/// Reconstruction in true size.
+/// Reconstruct the head that a rig's cameras filmed at the same moments, or took one photograph each of; the job's
+/// result is a Reconstruction in true size.
 ///
-/// `films` are names of the rig's cameras with the image files, folders or videos of each, `rig` is a Rig, or the text of its file.
-/// `options` or further keywords are those of ReconstructOptions.
+/// `films` are (name of a camera of the rig, its image files, folders or videos), two or more with as many frames each;
+/// `rig` is a Rig, or the text of its file. `options` or further keywords are those of ReconstructOptions, whose method
+/// and size are the rig's own here.
+///
+/// Raises OptionError at once. The job raises CameraError for a camera that the rig has not, for films of different
+/// lengths and for cameras that see the head from one direction; else as reconstruct does.
 #[pyfunction]
 #[pyo3(signature = (films, rig, *, assets, options = None, **fields))]
 pub fn reconstruct_on_rig(
@@ -168,8 +200,11 @@ fn open_all(
     Ok((films.iter().map(film).collect::<Result<_, FacewrightError>>()?, working))
 }
 
-/// Draw the head that a rig filmed over the frames of its cameras, which are given as for reconstruct_on_rig, into PNG of the report's
-/// names, like left_0012; the job's result is the frames drawn.
+/// Draw the head that a rig filmed over the frames of its cameras, into PNG of the report's names, like left_0012; the
+/// job's result is those names.
+///
+/// `films` are given as for reconstruct_on_rig, `result` and `folder` as for overlay, whose errors these are;
+/// CameraError for a camera that the result does not know.
 #[pyfunction]
 pub fn overlay_on_rig(result: PathBuf, films: Vec<(String, Vec<PathBuf>)>, folder: PathBuf) -> PyResult<Job> {
     facewright::check_folder(&folder).map_err(|e| raise(&e))?;
@@ -179,7 +214,13 @@ pub fn overlay_on_rig(result: PathBuf, films: Vec<(String, Vec<PathBuf>)>, folde
     })
 }
 
-/// Draw the head of a result folder over its frames, into PNG of the frames' names; the job's result is the frames drawn.
+/// Draw the head of a result folder over its frames, into PNG of the frames' names; the job's result is the names of
+/// the frames drawn.
+///
+/// `result` is a folder that Reconstruction.write has left, `frames` are the image files, folders or videos that it was
+/// made from, `folder` is where the pictures go.
+///
+/// Raises OutputError at once where that cannot be written. The job raises InputError where `result` holds no result.
 #[pyfunction]
 pub fn overlay(result: PathBuf, frames: Vec<PathBuf>, folder: PathBuf) -> PyResult<Job> {
     facewright::check_folder(&folder).map_err(|e| raise(&e))?;
@@ -189,10 +230,12 @@ pub fn overlay(result: PathBuf, frames: Vec<PathBuf>, folder: PathBuf) -> PyResu
     })
 }
 
-/// The generic head itself, with its own keys and a plain texture.
+/// The generic head itself, with its own keys and a plain texture; its report is empty.
+///
+/// `assets` is a folder, or a handle; the nets are not needed. Raises SetupError where the head is missing.
 #[pyfunction]
 pub fn generic_head(py: Python<'_>, assets: AssetsArgument<'_>) -> PyResult<Reconstruction> {
     let assets = assets.handle();
-    let head = py.detach(|| facewright::generic_head(assets.folder())).map_err(|e| raise(&e))?;
+    let head = py.detach(|| assets.with_head(facewright::generic_head)).map_err(|e| raise(&e))?;
     Ok(Reconstruction::new(head))
 }

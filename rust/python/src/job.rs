@@ -94,12 +94,12 @@ impl Job {
         thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
-    /// Asks the work to stop; it does within a fraction of a second.
+    /// Ask the work to stop; it does within a fraction of a second.
     fn cancel(&self) {
         self.progress.cancel();
     }
 
-    /// Waits for the result. Raises FacewrightError, or Cancelled. Call once.
+    /// Wait for the result. Raises FacewrightError, or Cancelled. Call once.
     fn result(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let thread = self.take().ok_or_else(|| PyRuntimeError::new_err("the result was taken already"))?;
         let outcome = py.detach(|| thread.join().ok().flatten());

@@ -188,16 +188,14 @@ options_class!(
     facewright::CalibrateOptions::validate
 );
 options_class!(UndistortOptions, facewright::UndistortOptions, "How undistort works.", |_| Ok(()));
-options_class!(MatchOptions, facewright::MatchOptions, "How match_pair works.", |_| Ok(()));
-options_class!(TrackOptions, facewright::TrackClipOptions, "How track works.", |_| Ok(()));
-options_class!(MotionOptions, facewright::MotionOptions, "How motion works.", |options: &facewright::MotionOptions| {
-    options.size.validate()
-});
+options_class!(MatchOptions, facewright::MatchOptions, "How match_pair works.", facewright::MatchOptions::validate);
+options_class!(TrackOptions, facewright::TrackClipOptions, "How track works.", facewright::TrackClipOptions::validate);
+options_class!(MotionOptions, facewright::MotionOptions, "How motion works.", facewright::MotionOptions::validate);
 options_class!(
     ReconstructOptions,
     facewright::ReconstructOptions,
     "How reconstruct works.",
-    |options: &facewright::ReconstructOptions| options.size.validate()
+    facewright::ReconstructOptions::validate
 );
 
 /// Adds all of them to the module.

@@ -1,5 +1,6 @@
 //! A finished head as arrays.
 
+use crate::files::Report;
 use crate::raise;
 use geometry::Vec3;
 use head::expressions::expressions;
@@ -12,7 +13,7 @@ use std::path::PathBuf;
 type KeyArrays<'py> = (String, Bound<'py, PyArray1<u32>>, Bound<'py, PyArray2<f32>>);
 type Span = (usize, usize);
 
-/// A head on the generic head's topology.
+/// A head on the generic head's topology; head frame (x the subject's left, y up, z out of the face), metres.
 #[pyclass(frozen, module = "facewright")]
 pub struct Reconstruction(facewright::Reconstruction);
 
@@ -25,32 +26,38 @@ impl Reconstruction {
 
 #[pymethods]
 impl Reconstruction {
+    /// (n, 3) the person at rest.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
         vectors(py, &self.0.positions)
     }
 
+    /// (n, 3) the generic head's own vertices.
     #[getter]
     fn generic_positions<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
         vectors(py, &self.0.generic_positions)
     }
 
+    /// (m, 4) vertex indices, counter-clockwise from outside.
     #[getter]
     fn quads<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<u32>> {
         Array2::from_shape_fn((self.0.quads.len(), 4), |(i, k)| self.0.quads[i][k]).into_pyarray(py)
     }
 
+    /// (m, 4, 2) texture coordinates of each quad's corners, v up.
     #[getter]
     fn uvs<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray3<f32>> {
         Array3::from_shape_fn((self.0.uvs.len(), 4, 2), |(i, k, c)| self.0.uvs[i][k][c]).into_pyarray(py)
     }
 
+    /// (name, (first vertex, end), (first quad, end)): skin first.
     #[getter]
     fn parts(&self) -> Vec<(String, Span, Span)> {
         let span = |r: &std::ops::Range<usize>| (r.start, r.end);
         self.0.parts.iter().map(|p| (p.name.clone(), span(&p.vertices), span(&p.quads))).collect()
     }
 
+    /// (name, moved vertices (k,), their offsets (k, 3)): 52 ARKit keys, then 15 visemes.
     #[getter]
     fn keys<'py>(&self, py: Python<'py>) -> Vec<KeyArrays<'py>> {
         let arrays = |key: &head::Key| {
@@ -61,26 +68,37 @@ impl Reconstruction {
         self.0.keys.iter().map(arrays).collect()
     }
 
+    /// Named poses: (name, [(ARKit key, value)]).
     #[getter]
     fn expressions(&self) -> Vec<(&'static str, Vec<(&'static str, f64)>)> {
         expressions().iter().map(|e| (e.name, e.weights.to_vec())).collect()
     }
 
+    /// (size, size, 4) sRGB of the skin, top row first; alpha below 255 where no frame looked.
     #[getter]
     fn texture<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<u8>>> {
         picture(py, &self.0.texture)
     }
 
+    /// (size, size, 4) sRGB of the eyes, top row first.
     #[getter]
     fn eyes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<u8>>> {
         picture(py, &self.0.eyes)
     }
 
+    /// report.json as text; `parsed_report` is the same as a class.
     #[getter]
     fn report(&self) -> String {
         serde_json::to_string_pretty(&self.0.report).unwrap_or_default()
     }
 
+    /// The same as `report`, read: frames, fit and texture as attributes.
+    #[getter]
+    fn parsed_report(&self) -> Report {
+        Report::new(self.0.report.clone())
+    }
+
+    /// Write head.glb, texture.png, eyes.png and report.json into a folder, all or none; raises OutputError.
     fn write(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
         py.detach(|| self.0.write(&folder)).map_err(|e| raise(&e))
     }

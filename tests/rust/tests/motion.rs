@@ -6,7 +6,7 @@ use end_to_end::truth::Truth;
 use end_to_end::{assets, clip};
 use facewright::{
     Assets, CalibrateOptions, FacewrightError, FrameSet, Given, HeadMotion, KnownLength, MotionOptions,
-    PointObservation, PointTrack, Region, SizeOptions, SourcedCamera, TrackClipOptions, Tracks, calibrate,
+    PointObservation, PointTrack, ReasonKind, Region, SizeOptions, SourcedCamera, TrackClipOptions, Tracks, calibrate,
     solve_motion, track,
 };
 use geometry::mesh::closest_barycentric;
@@ -298,6 +298,8 @@ fn a_frame_full_of_wrong_tracks_is_named_with_its_reason() {
     let motion = solved(&tracks);
     let frame = &motion.frames[9];
     assert!(!frame.used && frame.cam_from_head.is_none() && frame.reason.contains("covered"), "{}", frame.reason);
+    let wrong_points = [ReasonKind::FewAgree, ReasonKind::Contradicted, ReasonKind::Unexplained];
+    assert!(frame.reason_kind.is_some_and(|kind| wrong_points.contains(&kind)), "{:?}", frame.reason_kind);
     assert!(motion.warnings.iter().any(|w| w.contains(&frame.name)), "{:?}", motion.warnings);
     assert_eq!(motion.frames.iter().filter(|f| f.used).count(), motion.frames.len() - 1);
 }

@@ -51,7 +51,14 @@ fn film(truth: &Truth, camera_from_left: Transform, size: f64, seed: u64) -> Tra
     let mut frame = |(k, pose): (usize, &Transform)| {
         let rough = pose.retract(&Vector6::from_fn(|i, _| if i < 3 { 0.02 * random.normal() } else { 0.0 }));
         let seen = Some(Transform::new(rough.rotation, rough.translation * size));
-        FrameTracks { name: format!("f{k:02}"), used: true, reason: String::new(), cam_from_head: seen, points: POINTS }
+        FrameTracks {
+            name: format!("f{k:02}"),
+            used: true,
+            reason: String::new(),
+            reason_kind: None,
+            cam_from_head: seen,
+            points: POINTS,
+        }
     };
     Tracks {
         schema: Schema,

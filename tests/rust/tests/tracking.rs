@@ -5,8 +5,8 @@
 use end_to_end::truth::Truth;
 use end_to_end::{assets, clip};
 use facewright::{
-    Assets, CalibrateOptions, FacewrightError, FrameSet, Given, MatchOptions, Method, ReconstructOptions, Region,
-    SourcedCamera, TrackClipOptions, Tracks, calibrate, match_pair, reconstruct, track,
+    Assets, CalibrateOptions, FacewrightError, FrameSet, Given, MatchOptions, Method, ReasonKind, ReconstructOptions,
+    Region, SourcedCamera, TrackClipOptions, Tracks, calibrate, match_pair, reconstruct, track,
 };
 use geometry::{Progress, Vec2};
 use std::path::PathBuf;
@@ -134,6 +134,8 @@ fn a_face_that_leaves_ends_its_tracks_with_a_reason() {
     let frames = FrameSet::open(&inputs, &Progress::new()).unwrap();
     let tracks = tracked(&frames, &options()).unwrap();
     assert_eq!((tracks.frames[6].used, tracks.frames[6].reason.as_str()), (false, "no face"));
+    assert_eq!(tracks.frames[6].reason_kind, Some(ReasonKind::NoFace));
+    assert!(tracks.frames[..6].iter().all(|frame| frame.reason_kind == Some(ReasonKind::Yaw)));
     assert!(tracks.tracks.iter().all(|t| t.gaps.last().is_some_and(|gap| gap.last == 6 && gap.reason == "no face")));
 }
 

@@ -91,6 +91,9 @@ impl BoardOptions {
     }
 
     /// Refuses boards that cannot be.
+    ///
+    /// # Errors
+    /// [`FacewrightError::Option`].
     pub fn validate(&self) -> Result<(), FacewrightError> {
         let refused = |name, expected| Err(FacewrightError::Option { name, expected });
         let is_length = |mm: f64| mm > 0.0 && mm.is_finite();

@@ -78,6 +78,9 @@ impl Default for CalibrateOptions {
 
 impl CalibrateOptions {
     /// Refuses what cannot be.
+    ///
+    /// # Errors
+    /// [`FacewrightError::Option`].
     pub fn validate(&self) -> Result<(), FacewrightError> {
         self.board.validate()?;
         if self.distortion_terms > 3 {

@@ -21,7 +21,7 @@ pub use fit::{KnownFrame, KnownHead};
 pub(crate) use fit::{landmarks_of, observation};
 pub use look::{Look, look_at};
 pub(crate) use place::Placing;
-pub use select::{Chosen, SelectOptions, candidates, check_turn, judge_all, median, tally, yaw_pitch};
+pub use select::{Chosen, SelectOptions, candidates, check_turn, judge_all, median, yaw_pitch};
 pub use skin::TrackedSkin;
 
 use crate::camera::starting_camera;

@@ -2,6 +2,7 @@
 
 use super::Clip;
 use crate::FacewrightError;
+use crate::reason::{FrameReason, tally};
 use geometry::Transform;
 use nalgebra::Rotation3;
 use std::collections::BTreeMap;
@@ -13,7 +14,7 @@ const EXPRESSIONS: [&str; 6] = ["jawOpen", "mouthSmile", "mouthFunnel", "mouthPu
 #[derive(Clone, Debug)]
 pub struct Chosen {
     /// Per frame of the clip, why it is used (`Ok`) or not.
-    pub verdicts: Vec<Result<String, String>>,
+    pub verdicts: Vec<Result<FrameReason, FrameReason>>,
     /// The frames that are used, ascending.
     pub frames: Vec<usize>,
 }
@@ -32,19 +33,19 @@ impl Chosen {
         let mut verdicts = select(&candidates, &SelectOptions::default());
         for (frame, verdict) in verdicts.iter_mut().enumerate() {
             if clip.faces.look(frame).is_none() && clip.known.frames[frame].is_some() {
-                *verdict = Err("between frames that were looked at".to_owned());
+                *verdict = Err(FrameReason::BetweenLooks);
             } else if candidates[frame].is_none() && clip.faces.face(frame).is_some() {
-                *verdict = Err("its points tell no pose".to_owned());
+                *verdict = Err(FrameReason::NoPose);
             }
         }
         Self { frames: Vec::new(), verdicts }.checked(clip)
     }
 
     /// Leaves out further frames.
-    pub fn without(mut self, reason: &str, is_out: impl Fn(usize) -> bool) -> Self {
+    pub fn without(mut self, reason: &FrameReason, is_out: impl Fn(usize) -> bool) -> Self {
         self.frames.retain(|&frame| !is_out(frame));
         for (_, verdict) in self.verdicts.iter_mut().enumerate().filter(|(frame, v)| v.is_ok() && is_out(*frame)) {
-            *verdict = Err(reason.to_owned());
+            *verdict = Err(reason.clone());
         }
         self
     }
@@ -57,7 +58,8 @@ impl Chosen {
             if all.len() > 1 {
                 check_turn(&all)?;
             }
-            let reasons = tally(self.verdicts.iter().filter_map(|v| v.as_ref().err()).map(String::as_str));
+            let reasons =
+                tally(self.verdicts.iter().filter_map(|v| v.as_ref().err()).map(|reason| reason.kind().brief()));
             return Err(FacewrightError::TooFewUsable {
                 usable: self.frames.len(),
                 frames: self.verdicts.len(),
@@ -161,7 +163,7 @@ pub fn yaw_pitch(cam_from_head: &Transform) -> (f64, f64) {
 ///
 /// Sharp frames with a quiet face are kept; of those that look alike the best; then, while there are too many, the one
 /// whose neighbours in direction are nearest is left out.
-pub fn select(candidates: &[Option<Candidate>], options: &SelectOptions) -> Vec<Result<String, String>> {
+pub fn select(candidates: &[Option<Candidate>], options: &SelectOptions) -> Vec<Result<FrameReason, FrameReason>> {
     let judged = judge_all(candidates, options);
     let mut order: Vec<usize> = (0..candidates.len()).filter(|&i| judged[i].is_ok()).collect();
     let quality = |i: usize| judged[i].as_ref().copied().unwrap_or(0.0);
@@ -189,14 +191,14 @@ pub fn select(candidates: &[Option<Candidate>], options: &SelectOptions) -> Vec<
         let crowded = chosen.iter().copied().min_by(|&a, &b| crowding(a).total_cmp(&crowding(b)).then(b.cmp(&a)));
         chosen.retain(|&i| Some(i) != crowded);
     }
-    let verdict = |(i, judged): (usize, Result<f64, String>)| {
+    let verdict = |(i, judged): (usize, Result<f64, FrameReason>)| {
         judged.and_then(|_| {
             if chosen.contains(&i) {
-                Ok(format!("yaw {:+.0}°", direction(i).0.to_degrees()))
+                Ok(FrameReason::Yaw(direction(i).0.to_degrees()))
             } else if duplicate_of.contains_key(&i) {
-                Err("looks like a better frame that is used".into())
+                Err(FrameReason::Alike)
             } else {
-                Err("enough frames from this side".into())
+                Err(FrameReason::Enough)
             }
         })
     };
@@ -204,29 +206,29 @@ pub fn select(candidates: &[Option<Candidate>], options: &SelectOptions) -> Vec<
 }
 
 /// Of each frame a quality to rank by, or why it is of no use for shape and texture.
-pub fn judge_all(candidates: &[Option<Candidate>], options: &SelectOptions) -> Vec<Result<f64, String>> {
+pub fn judge_all(candidates: &[Option<Candidate>], options: &SelectOptions) -> Vec<Result<f64, FrameReason>> {
     let known: Vec<&Candidate> = candidates.iter().flatten().collect();
     let sharpness = median(known.iter().map(|c| c.sharpness));
     let rms = median(known.iter().map(|c| c.rms_px));
     let judged =
-        |c: &Option<Candidate>| c.as_ref().map_or(Err("no face".into()), |c| judge(c, sharpness, rms, options));
+        |c: &Option<Candidate>| c.as_ref().map_or(Err(FrameReason::NoFace), |c| judge(c, sharpness, rms, options));
     candidates.iter().map(judged).collect()
 }
 
 /// A quality to rank by, or why the frame is of no use.
-fn judge(c: &Candidate, sharpness: f64, rms: f64, options: &SelectOptions) -> Result<f64, String> {
+fn judge(c: &Candidate, sharpness: f64, rms: f64, options: &SelectOptions) -> Result<f64, FrameReason> {
     let relative = c.sharpness / sharpness.max(f64::MIN_POSITIVE);
     if relative < options.min_sharpness {
-        return Err(format!("blurred: {:.0} % of the clip's usual sharpness", 100.0 * relative));
+        return Err(FrameReason::Blurred(relative));
     }
     if c.rms_px > options.max_rms * rms {
-        return Err(format!("face covered or misread: landmarks {:.1} px off", c.rms_px));
+        return Err(FrameReason::Covered(c.rms_px));
     }
     if c.blink > options.max_blink {
-        return Err("eyes closed".into());
+        return Err(FrameReason::EyesClosed);
     }
     if c.expression > options.max_expression {
-        return Err(format!("expression too strong ({:.2})", c.expression));
+        return Err(FrameReason::Expression(c.expression));
     }
     Ok(relative.min(1.5) - c.expression - c.blink - 0.3 * c.rms_px / rms.max(f64::MIN_POSITIVE))
 }
@@ -252,15 +254,6 @@ pub fn check_turn(poses: &[Transform]) -> Result<(), FacewrightError> {
     }
 }
 
-/// How often each reason occurs, without what differs from frame to frame: `3 blurred, 2 eyes closed`.
-pub fn tally<'a>(reasons: impl Iterator<Item = &'a str>) -> String {
-    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-    for reason in reasons {
-        *counts.entry(reason.split([':', '(']).next().unwrap_or(reason).trim()).or_default() += 1;
-    }
-    counts.iter().map(|(reason, n)| format!("{n} {reason}")).collect::<Vec<_>>().join(", ")
-}
-
 /// Middle value; 0 for none.
 pub fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
@@ -280,7 +273,7 @@ mod tests {
         Candidate { cam_from_head, rms_px: 1.0, sharpness: 1.0, expression: 0.1, blink: 0.1 }
     }
 
-    fn used(result: &[Result<String, String>]) -> Vec<usize> {
+    fn used(result: &[Result<FrameReason, FrameReason>]) -> Vec<usize> {
         (0..result.len()).filter(|&i| result[i].is_ok()).collect()
     }
 
@@ -299,9 +292,10 @@ mod tests {
         clip[4] = None;
         clip[5].as_mut().unwrap().expression = 0.8;
         let result = select(&clip, &SelectOptions::default());
-        let reason = |i: usize| result[i].clone().unwrap_err();
-        assert!(reason(1).contains("blurred") && reason(2).contains("eyes closed") && reason(3).contains("covered"));
-        assert!(reason(4).contains("no face") && reason(5).contains("expression"));
+        assert_eq!(result[1], Err(FrameReason::Blurred(0.2)));
+        assert_eq!(result[2], Err(FrameReason::EyesClosed));
+        assert_eq!(result[3], Err(FrameReason::Covered(4.0)));
+        assert_eq!((&result[4], &result[5]), (&Err(FrameReason::NoFace), &Err(FrameReason::Expression(0.8))));
         assert_eq!(used(&result), [0, 6, 7, 8]);
     }
 

@@ -9,6 +9,7 @@
 
 use super::{Measured, MeasuredFrame};
 use crate::faces::{Chosen, Clip, TrackedSkin, median, yaw_pitch};
+use crate::reason::FrameReason;
 use crate::track::pair::{MatchOptions, paper_matches};
 use crate::{FacewrightError, SizeOptions, SourcedCamera};
 use geometry::face_mesh::FACE_OVAL;
@@ -106,11 +107,11 @@ pub fn measure(
 fn trusted(clip: &Clip) -> Result<Chosen, FacewrightError> {
     let poses: Vec<Option<Transform>> = (0..clip.frames.len()).map(|frame| clip.known.pose(frame)).collect();
     let is_trusted = |frame: usize| clip.landmark_fit.frames[frame].as_ref().is_some_and(|f| f.trusted);
-    let reason = "seen too much from the side for features marked from in front";
-    let chosen = Chosen::of(clip, &poses)?.without(reason, |frame| !is_trusted(frame));
+    let reason = FrameReason::FromTheSide;
+    let chosen = Chosen::of(clip, &poses)?.without(&reason, |frame| !is_trusted(frame));
     if chosen.frames.len() < 2 {
         let (usable, frames) = (chosen.frames.len(), clip.frames.len());
-        return Err(FacewrightError::TooFewUsable { usable, frames, reasons: reason.to_owned() });
+        return Err(FacewrightError::TooFewUsable { usable, frames, reasons: reason.to_string() });
     }
     Ok(chosen)
 }

@@ -1,6 +1,7 @@
 //! What is said of each frame: its pose and how certain that is, or why it has none.
 
 use super::head_motion::FrameMotion;
+use crate::reason::{FrameReason, Told};
 use crate::{FrameTracks, Tracks};
 use geometry::{Mat3, Transform, Vec3, skew};
 use motion::bundle::Observation;
@@ -27,13 +28,14 @@ pub(super) fn frames(tracks: &Tracks, motion: &Sequence, middle: &Vec3, threshol
     let off = off_landmarks_deg(tracks, motion);
     let frame = |(k, tracked): (usize, &FrameTracks)| {
         let pose = verdict(k, tracked, motion, near[k], off[k]);
-        let (used, reason) = (pose.is_ok(), pose.as_ref().map_or_else(String::clone, |(_, reason)| reason.clone()));
-        let pose = pose.ok().map(|(pose, _)| pose);
+        let used = pose.is_ok();
+        let (pose, told) = pose.map_or_else(|told| (None, told), |(pose, told)| (Some(pose), told));
         let sigma = pose.and_then(|pose| deviations(&pose, motion, &agree[k], middle));
         FrameMotion {
             name: tracked.name.clone(),
             used,
-            reason,
+            reason: told.reason,
+            reason_kind: told.kind,
             cam_from_head: pose,
             rotation_sigma_deg: sigma.map(|(turn, _)| turn.to_degrees()),
             translation_sigma_mm: sigma.map(|(_, shift)| 1000.0 * shift),
@@ -89,20 +91,17 @@ fn verdict(
     motion: &Sequence,
     [agree, shown]: [usize; 2],
     off_deg: f64,
-) -> Result<(Transform, String), String> {
+) -> Result<(Transform, Told), Told> {
+    let tracker_says = || Told { reason: tracked.reason.clone(), kind: tracked.reason_kind };
     let is_clear = agree >= CLEAR_MAJORITY.0 && agree as f64 >= CLEAR_MAJORITY.1 * shown as f64;
     match &motion.poses[frame] {
-        Ok(_) if off_deg > CONTRADICTION_DEG && !is_clear => {
-            Err(format!("points and landmarks contradict each other by {off_deg:.0}°: the face is covered or grimaces"))
-        }
-        Ok(_) if (agree as f64) < LEAST_SHARE * shown as f64 => {
-            Err(format!("only {agree} of {shown} points agree: the face is covered, blurred or grimaces"))
-        }
-        Ok(pose) if agree < FEW_POINTS => Ok((*pose, format!("only {agree} points"))),
-        Ok(pose) => Ok((*pose, tracked.reason.clone())),
+        Ok(_) if off_deg > CONTRADICTION_DEG && !is_clear => Err(FrameReason::Contradicted(off_deg).told()),
+        Ok(_) if (agree as f64) < LEAST_SHARE * shown as f64 => Err(FrameReason::FewAgree { agree, shown }.told()),
+        Ok(pose) if agree < FEW_POINTS => Ok((*pose, FrameReason::FewPoints(agree).told())),
+        Ok(pose) => Ok((*pose, tracker_says())),
         // What the tracker said of the frame says more than that it has no points.
-        Err(_) if !tracked.used => Err(tracked.reason.clone()),
-        Err(error) => Err(error.to_string()),
+        Err(_) if !tracked.used => Err(tracker_says()),
+        Err(error) => Err(FrameReason::Unplaced(error.clone()).told()),
     }
 }
 

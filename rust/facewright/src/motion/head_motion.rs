@@ -1,7 +1,8 @@
 //! What `motion.json` holds.
 
 use crate::formats::{self, Format, Schema, at_least_0, finite, null_is_default, once};
-use crate::{FacewrightError, FrameSet, Method, Region, Scale, SourcedCamera};
+use crate::reason::known_kind;
+use crate::{FacewrightError, FrameSet, Method, ReasonKind, Region, Scale, SourcedCamera};
 use geometry::{Mat3, Transform, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -17,6 +18,9 @@ pub struct FrameMotion {
     /// What it rests on, or why there is no pose.
     #[serde(default, deserialize_with = "null_is_default")]
     pub reason: String,
+    /// The same as a word; `None` in older files, and where a newer one has a word that this version does not know.
+    #[serde(default, deserialize_with = "known_kind", skip_serializing_if = "Option::is_none")]
+    pub reason_kind: Option<ReasonKind>,
     /// Pose of the head.
     pub cam_from_head: Option<Transform>,
     /// Standard deviation of the rotation, degrees, root of the sum over the axes.

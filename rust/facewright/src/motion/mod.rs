@@ -58,6 +58,16 @@ pub struct MotionOptions {
     pub size: SizeOptions,
 }
 
+impl MotionOptions {
+    /// Refuses sizes that no head has.
+    ///
+    /// # Errors
+    /// [`FacewrightError::Option`].
+    pub fn validate(&self) -> Result<(), FacewrightError> {
+        self.size.validate()
+    }
+}
+
 /// Solves for the poses of all frames and the places of all points; with a calibrated `camera` instead of that of the tracks.
 ///
 /// # Errors
@@ -91,7 +101,7 @@ pub fn solve_motion(
 
 /// Refuses what cannot be solved before anything is.
 fn check(tracks: &Tracks, options: &MotionOptions) -> Result<(), FacewrightError> {
-    options.size.validate()?;
+    options.validate()?;
     let poses: Vec<Transform> = tracks.frames.iter().filter_map(|frame| frame.cam_from_head).collect();
     match poses.len() {
         0 => Err(FacewrightError::NoFace { frames: tracks.frames.len() }),

@@ -6,7 +6,8 @@ use super::rigid::{Judged, place};
 use super::scale::{Size, by_landmarks, by_lengths};
 use super::{MotionOptions, Problem};
 use crate::clock::Clock;
-use crate::faces::{median, tally};
+use crate::faces::median;
+use crate::reason::{brief, tally};
 use crate::{CameraSource, FacewrightError, Method, Schema, SourcedCamera, Tracks};
 use geometry::{Mat3, Transform, Vec3};
 use motion::sequence::Sequence;
@@ -76,7 +77,7 @@ fn check_enough(tracks: &Tracks, frames: &[FrameMotion]) -> Result<(), Facewrigh
     if usable >= 2 && usable as f64 >= LEAST_USED * tracked as f64 {
         return Ok(());
     }
-    let reasons = tally(frames.iter().filter(|frame| !frame.used).map(|frame| frame.reason.as_str()));
+    let reasons = tally(frames.iter().filter(|frame| !frame.used).map(|frame| brief(frame.reason_kind, &frame.reason)));
     Err(FacewrightError::TooFewUsable { usable, frames: frames.len(), reasons })
 }
 
@@ -190,11 +191,11 @@ fn warnings(
     warnings
 }
 
-/// Frames without a pose, those together whose reasons differ by numbers only.
+/// Frames without a pose, those together whose reasons are of one kind.
 fn without_pose(frames: &[FrameMotion]) -> Vec<String> {
-    let mut alike: BTreeMap<String, Vec<&FrameMotion>> = BTreeMap::new();
+    let mut alike: BTreeMap<&str, Vec<&FrameMotion>> = BTreeMap::new();
     for frame in frames.iter().filter(|frame| !frame.used) {
-        alike.entry(frame.reason.replace(|c: char| c.is_ascii_digit(), "")).or_default().push(frame);
+        alike.entry(brief(frame.reason_kind, &frame.reason)).or_default().push(frame);
     }
     let told = |frames: &Vec<&FrameMotion>| {
         let names: Vec<&str> = frames.iter().map(|frame| frame.name.as_str()).collect();
@@ -205,4 +206,35 @@ fn without_pose(frames: &[FrameMotion]) -> Vec<String> {
         format!("{which} without a pose: {}", frames[0].reason)
     };
     alike.values().map(told).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ReasonKind;
+
+    fn unposed(name: &str, reason: &str, reason_kind: Option<ReasonKind>) -> FrameMotion {
+        FrameMotion {
+            name: name.to_owned(),
+            used: false,
+            reason: reason.to_owned(),
+            reason_kind,
+            cam_from_head: None,
+            rotation_sigma_deg: None,
+            translation_sigma_mm: None,
+            reprojection_rms_px: None,
+            points: 0,
+        }
+    }
+
+    #[test]
+    fn frames_without_a_pose_are_told_of_together_where_their_reasons_are_of_one_kind() {
+        let frames = [
+            unposed("a", "10 % as sharp as others", Some(ReasonKind::Blurred)),
+            unposed("b", "it is only 1/3 as sharp", Some(ReasonKind::Blurred)),
+            unposed("c", "no face", None),
+        ];
+        let told = ["a, b without a pose: 10 % as sharp as others", "c without a pose: no face"];
+        assert_eq!(without_pose(&frames), told);
+    }
 }

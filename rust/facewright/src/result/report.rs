@@ -1,7 +1,8 @@
 //! The report of a reconstruction: what `report.json` holds.
 
 use crate::formats::{self, Format, Schema, at_least_0, finite, null_is_default, once};
-use crate::{CameraSource, FacewrightError, Method, SourcedCamera};
+use crate::reason::{brief, counts, known_kind};
+use crate::{CameraSource, FacewrightError, Method, ReasonKind, SourcedCamera};
 use geometry::{Camera, Transform};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -17,6 +18,9 @@ pub struct FrameReport {
     /// Why, or why not.
     #[serde(default, deserialize_with = "null_is_default")]
     pub reason: String,
+    /// The same as a word; `None` in older files, and where a newer one has a word that this version does not know.
+    #[serde(default, deserialize_with = "known_kind", skip_serializing_if = "Option::is_none")]
+    pub reason_kind: Option<ReasonKind>,
     /// Head pose; `null` where no face was found.
     pub cam_from_head: Option<Transform>,
     /// Root mean square distance of its observations from the model, pixels.
@@ -182,6 +186,13 @@ impl Report {
     /// [`FacewrightError::Read`] where it is none, or what it says cannot be.
     pub fn parse(text: &str) -> Result<Self, FacewrightError> {
         formats::parse(text)
+    }
+
+    /// How many frames were left out for each reason, in a few words each.
+    pub fn left_out(&self) -> Vec<(usize, String)> {
+        let left_out = self.frames.iter().filter(|frame| !frame.used);
+        let counts = counts(left_out.map(|frame| brief(frame.reason_kind, &frame.reason)));
+        counts.into_iter().map(|(brief, count)| (count, brief.to_owned())).collect()
     }
 
     /// Writes a `report.json`, whole or not at all.

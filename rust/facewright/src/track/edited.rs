@@ -2,10 +2,8 @@
 
 use super::{FrameTracks, PointGap, PointObservation, PointTrack, Tracks};
 use crate::FacewrightError;
+use crate::reason::{FrameReason, ReasonKind};
 use std::collections::BTreeMap;
-
-/// Why nothing was found in a frame that the tracks do not know.
-const NOT_TRACKED: &str = "not tracked";
 
 impl Tracks {
     /// The same frames with other points, those of each frame counted.
@@ -24,7 +22,8 @@ impl Tracks {
         let unknown = |name: &String| FrameTracks {
             name: name.clone(),
             used: false,
-            reason: NOT_TRACKED.to_owned(),
+            reason: FrameReason::NotTracked.to_string(),
+            reason_kind: Some(ReasonKind::NotTracked),
             cam_from_head: None,
             points: 0,
         };
@@ -116,7 +115,7 @@ mod tests {
     #[test]
     fn of_a_part_of_the_frames_the_numbers_follow() {
         let part = of_frames(&["c", "e", "other", "f"]);
-        assert_eq!(part.frames[2].reason, NOT_TRACKED);
+        assert_eq!(part.frames[2].reason_kind, Some(ReasonKind::NotTracked));
         assert_eq!(part.frames.iter().map(|frame| frame.points).collect::<Vec<_>>(), [1, 0, 0, 1]);
         let track = &part.tracks[0];
         assert_eq!(track.observations, [(0, 11.0, 21.0, 0.2).into(), (3, 12.0, 22.0, 0.15).into()]);

@@ -7,6 +7,7 @@
 mod chain;
 mod edited;
 mod findings;
+mod matches;
 pub(crate) mod pair;
 mod region;
 mod relay;

@@ -1,6 +1,7 @@
 //! Corners of the face matched between two frames (paper, sections 2.3 and 2.4; and ours).
 
 use crate::faces::{TrackedSkin, observation};
+use crate::track::sequence::{check_points, check_window};
 use crate::track::{Anchors, Scene, Search, SearchOptions, Seed, Sighting, Surface, View, seeds};
 use crate::{Assets, CameraSource, FacewrightError, FrameSet, Method, Schema, SourcedCamera, camera::starting_camera};
 use clap::{ArgAction, Args};
@@ -54,6 +55,21 @@ impl Default for MatchOptions {
             correct: true,
             epipolar_px: 1.0,
         }
+    }
+}
+
+impl MatchOptions {
+    /// Refuses numbers of points, windows and distances with which nothing can be matched.
+    ///
+    /// # Errors
+    /// [`FacewrightError::Option`], [`vision::track::TrackError::Window`].
+    pub fn validate(&self) -> Result<(), FacewrightError> {
+        if !(self.epipolar_px > 0.0 && self.epipolar_px.is_finite()) {
+            let (name, expected) = ("the distance from an epipolar line", "more than 0 pixels");
+            return Err(FacewrightError::Option { name, expected });
+        }
+        check_points(self.points)?;
+        check_window(self.window)
     }
 }
 
@@ -112,6 +128,7 @@ pub fn match_pair(
     options: &MatchOptions,
     progress: &Progress,
 ) -> Result<Matches, FacewrightError> {
+    options.validate()?;
     let frames = FrameSet::open(&[a.to_owned(), b.to_owned()], progress)?;
     let camera = starting_camera(&frames, camera)?;
     let looks = [look(&frames, 0, assets)?, look(&frames, 1, assets)?];

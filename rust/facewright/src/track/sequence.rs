@@ -13,6 +13,7 @@ use super::surface::{SkinPoint, Surface, View};
 use super::{FrameTracks, PointObservation, PointTrack, Tracks};
 use crate::camera::starting_camera;
 use crate::faces::{Clip, KnownHead, SelectOptions, TrackedSkin, candidates, judge_all, yaw_pitch};
+use crate::reason::{FrameReason, Told};
 use crate::{Assets, CameraSource, FacewrightError, FrameSet, Given, Method, Schema, SizeOptions, SourcedCamera};
 use clap::Args;
 use geometry::mesh::at_barycentric;
@@ -61,14 +62,27 @@ impl Default for TrackClipOptions {
 }
 
 impl TrackClipOptions {
-    fn validate(&self) -> Result<(), FacewrightError> {
-        if !(8..=5000).contains(&self.points) {
-            return Err(FacewrightError::Option { name: "the number of points", expected: "8 to 5000" });
-        }
-        match self.window.filter(|w| !(3..=31).contains(w) || w.is_multiple_of(2)) {
-            Some(window) => Err(TrackError::Window(window).into()),
-            None => Ok(()),
-        }
+    /// Refuses numbers of points and windows with which nothing can be tracked. Whether the frame exists, its clip tells.
+    ///
+    /// # Errors
+    /// [`FacewrightError::Option`], [`TrackError::Window`].
+    pub fn validate(&self) -> Result<(), FacewrightError> {
+        check_points(self.points)?;
+        check_window(self.window)
+    }
+}
+
+/// Refuses as many points as no face has, or too few for a motion.
+pub(super) fn check_points(points: usize) -> Result<(), FacewrightError> {
+    let is_sensible = (8..=5000).contains(&points);
+    is_sensible.then_some(()).ok_or(FacewrightError::Option { name: "the number of points", expected: "8 to 5000" })
+}
+
+/// Refuses a window that the tracker does not have, before anything is read.
+pub(super) fn check_window(window: Option<usize>) -> Result<(), FacewrightError> {
+    match window.filter(|w| !(3..=31).contains(w) || w.is_multiple_of(2)) {
+        Some(window) => Err(TrackError::Window(window).into()),
+        None => Ok(()),
     }
 }
 
@@ -134,7 +148,7 @@ pub(super) struct Sequence<'a> {
     triangles: Vec<[u32; 3]>,
     pub search: SearchOptions,
     /// How good each frame is to choose points in, or why it is not.
-    quality: Vec<Result<f64, String>>,
+    quality: Vec<Result<f64, FrameReason>>,
     /// Standard deviation of the noise in frames that nobody looked at, grey levels.
     noise: f64,
 }
@@ -344,12 +358,13 @@ impl<'a> Sequence<'a> {
         let frame = |i: usize| {
             let pose = self.known.pose(i);
             let reason = match (&self.quality[i], &pose) {
-                (_, Some(pose)) if counts[i] > 0 => format!("yaw {:+.0}°", yaw_pitch(pose).0.to_degrees()),
+                (_, Some(pose)) if counts[i] > 0 => FrameReason::yaw(pose),
                 (Err(reason), _) => reason.clone(),
-                _ => "no point was found again".to_owned(),
+                _ => FrameReason::NothingFound,
             };
             let name = self.clip.frames.frames[i].name.clone();
-            FrameTracks { name, used: counts[i] > 0, reason, cam_from_head: pose, points: counts[i] }
+            let Told { reason, kind: reason_kind } = reason.told();
+            FrameTracks { name, used: counts[i] > 0, reason, reason_kind, cam_from_head: pose, points: counts[i] }
         };
         Tracks {
             schema: Schema,

@@ -1,7 +1,8 @@
 //! `tracks.json`: the same points of a face in many frames.
 
 use crate::formats::{self, Format, Schema, null_is_default};
-use crate::{FacewrightError, FrameSet, Method, SourcedCamera};
+use crate::reason::known_kind;
+use crate::{FacewrightError, FrameSet, Method, ReasonKind, SourcedCamera};
 use geometry::{Transform, Vec2};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -96,6 +97,9 @@ pub struct FrameTracks {
     /// What it shows, or why nothing was found.
     #[serde(default, deserialize_with = "null_is_default")]
     pub reason: String,
+    /// The same as a word; `None` in older files, and where a newer one has a word that this version does not know.
+    #[serde(default, deserialize_with = "known_kind", skip_serializing_if = "Option::is_none")]
+    pub reason_kind: Option<ReasonKind>,
     /// Pose of the head by its landmarks; `null` where no face was found.
     pub cam_from_head: Option<Transform>,
     /// Points found.

@@ -72,6 +72,7 @@ mod tests {
             name: name.to_owned(),
             used: true,
             reason: String::new(),
+            reason_kind: None,
             cam_from_head: None,
             points: 1,
         };

@@ -19,7 +19,15 @@ class _Options:
 
 @dataclass(frozen=True, kw_only=True)
 class BoardOptions(_Options):
-    """A board that is filmed: a checkerboard of inner corners (columns, rows), or separate black squares."""
+    """A board that is filmed: a checkerboard of inner corners, or separate black squares.
+
+    Keyword arguments, and attributes:
+
+        gap_mm: White between two such squares, millimetres (default: the side of a square)
+        inner: Inner corners of a checkerboard, columns x rows; several for boards of which any may be shown: 9x6,8x5
+        square_mm: Side of a square, millimetres
+        squares: Black squares apart from each other instead, columns x rows
+    """
 
     inner: Grid | Sequence[Grid] = ((9, 6),)
     squares: Grid | None = None
@@ -28,7 +36,18 @@ class BoardOptions(_Options):
 
 @dataclass(frozen=True, kw_only=True)
 class SheetOptions(BoardOptions):
-    """What :func:`save_board` prints, and on what."""
+    """What save_board prints, and on what.
+
+    Keyword arguments, and attributes:
+
+        dpi: Resolution of a PNG, dots per inch
+        gap_mm: White between two such squares, millimetres (default: the side of a square)
+        inner: Inner corners of a checkerboard, columns x rows; several for boards of which any may be shown: 9x6,8x5
+        mark: False: Leave out the white disc that tells which way up the board is
+        page: Paper
+        square_mm: Side of a square, millimetres
+        squares: Black squares apart from each other instead, columns x rows
+    """
 
     page: Literal["A4", "A3", "Letter"] = "A4"
     mark: bool = True
@@ -36,7 +55,19 @@ class SheetOptions(BoardOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class CalibrateOptions(BoardOptions):
-    """The board that was filmed, and the model of the lens."""
+    """The board that was filmed, and the model of the lens.
+
+    Keyword arguments, and attributes:
+
+        bend: When to solve for a board that is not flat; a rig's only always
+        distortion_terms: Radial distortion terms, 0 to 3
+        gap_mm: White between two such squares, millimetres (default: the side of a square)
+        inner: Inner corners of a checkerboard, columns x rows; several for boards of which any may be shown: 9x6,8x5
+        square_mm: Side of a square, millimetres
+        square_pixels: One focal length for both directions
+        squares: Black squares apart from each other instead, columns x rows
+        tangential: Solve for tangential distortion too
+    """
 
     distortion_terms: int = 2
     tangential: bool = False
@@ -45,13 +76,29 @@ class CalibrateOptions(BoardOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class UndistortOptions(_Options):
-    """How :func:`undistort` works."""
+    """How undistort works.
+
+    Keyword arguments, and attributes:
+
+        keep: Which part of the picture is kept
+    """
 
     keep: Literal["same-focal", "all-pixels", "no-empty-pixels"] = "same-focal"
 
 @dataclass(frozen=True, kw_only=True)
 class MatchOptions(_Options):
-    """How :func:`match_pair` works."""
+    """How match_pair works.
+
+    Keyword arguments, and attributes:
+
+        correct: False: Leave the matches as the tracker found them
+        epipolar_px: Farthest that a kept match may lie from its epipolar line, pixels; only with the default method
+        levels: Pyramid levels of the tracker (default: 4 for the paper's method, else 2)
+        method: Chain of steps
+        points: Corners at most
+        window: Window of the tracker, pixels, odd (default: 7 for the paper's method, else in proportion to the
+            face)
+    """
 
     method: Method = "default"
     points: int = 66
@@ -62,7 +109,16 @@ class MatchOptions(_Options):
 
 @dataclass(frozen=True, kw_only=True)
 class TrackOptions(_Options):
-    """How :func:`track` works."""
+    """How track works.
+
+    Keyword arguments, and attributes:
+
+        from_: Choose points in this frame only, by its name without extension
+        method: Chain of steps
+        points: Points wanted in each reference frame, found again or new
+        window: Window of the tracker, pixels, odd (default: 7 for the paper's method, else in proportion to the
+            face)
+    """
 
     method: Method = "default"
     points: int = 200
@@ -71,20 +127,37 @@ class TrackOptions(_Options):
 
 @dataclass(frozen=True, kw_only=True)
 class MotionOptions(_Options):
-    """How :func:`motion` works."""
+    """How motion works.
+
+    Keyword arguments, and attributes:
+
+        interocular_mm: Distance between the eyes' centres, millimetres, when it is known
+        lengths: Length between two tracks that was measured on the head, numbers of the tracks and millimetres:
+            overrides all else that is known of its size
+    """
 
     interocular_mm: float | None = None
     lengths: Sequence[tuple[int, int, float]] = ()
 
 @dataclass(frozen=True, kw_only=True)
 class ReconstructOptions(MotionOptions):
-    """How :func:`reconstruct` works."""
+    """How reconstruct works.
+
+    Keyword arguments, and attributes:
+
+        interocular_mm: Distance between the eyes' centres, millimetres, when it is known
+        lengths: Length between two tracks that was measured on the head, numbers of the tracks and millimetres:
+            overrides all else that is known of its size
+        method: Chain of steps
+        texture_size: Width and height of the texture, pixels
+    """
 
     method: Method = "default"
     texture_size: int = 2048
 
 class Assets:
-    """The generic head and the landmark nets of a folder, read when a job first needs them and kept for all others.
+    """The generic head and the landmark nets of a folder, read when a job first needs them and kept for all further
+    ones.
 
     It is taken wherever `assets=` is, from any thread.
     """
@@ -114,7 +187,7 @@ class Command:
         """Whether the result shall be printed as JSON."""
 
 class Job(Generic[T]):
-    """Work on a thread of its own. Dropping the job cancels it."""
+    """Work on a thread of its own, which never touches Python. Dropping the job cancels it."""
 
     def progress(self) -> tuple[str, float, float | None]:
         """Name of the present stage, the part of the whole work that is done, 0 to 1, and seconds left.
@@ -123,13 +196,13 @@ class Job(Generic[T]):
         """
 
     def finished(self) -> bool:
-        """Whether :meth:`result` returns at once."""
+        """Whether result() returns at once."""
 
     def cancel(self) -> None:
         """Ask the work to stop; it does within a fraction of a second."""
 
     def result(self) -> T:
-        """Wait for the result. Raises `FacewrightError`, or `Cancelled`. Call once."""
+        """Wait for the result. Raises FacewrightError, or Cancelled. Call once."""
 
 class Reconstruction:
     """A head on the generic head's topology; head frame (x the subject's left, y up, z out of the face), metres."""
@@ -163,24 +236,27 @@ class Reconstruction:
         """(size, size, 4) sRGB of the eyes, top row first."""
     @property
     def report(self) -> str:
-        """report.json as text."""
+        """report.json as text; `parsed_report` is the same as a class."""
+    @property
+    def parsed_report(self) -> Report:
+        """The same as `report`, read: frames, fit and texture as attributes."""
     def write(self, folder: str) -> None:
-        """Write head.glb, texture.png, eyes.png and report.json, all or none."""
+        """Write head.glb, texture.png, eyes.png and report.json into a folder, all or none; raises OutputError."""
 
 class Camera:
     """A camera.json: a pinhole camera with a lens, and the pictures of a board that it was calibrated from.
 
     Pixels: x right, y down, centres at integers. A point (X, Y, Z) of the camera frame (x right, y down, z forward)
-    with x = X/Z, y = Y/Z, r² = x² + y² is seen at
-    u = fx (x (1 + k1 r² + k2 r⁴ + k3 r⁶) + 2 p1 x y + p2 (r² + 2 x²)) + cx, and v alike.
+    with x = X/Z, y = Y/Z, r² = x² + y² is seen at u = fx (x (1 + k1 r² + k2 r⁴ + k3 r⁶) + 2 p1 x y + p2 (r² + 2 x²))
+    + cx, and v alike.
     """
 
     @staticmethod
     def parse(text: str) -> Camera:
-        """Read the text of a camera.json; raises :class:`FacewrightError` with what is wrong."""
+        """Read the text of a camera.json; raises FacewrightError with what is wrong."""
     @staticmethod
     def read(path: Path) -> Camera:
-        """Read a camera.json; raises :class:`FacewrightError` with what is wrong."""
+        """Read a camera.json; raises FacewrightError with what is wrong."""
     def write(self, path: Path) -> None:
         """Write a camera.json, whole or not at all."""
     def to_json(self) -> str:
@@ -223,7 +299,7 @@ class Camera:
         """Second tangential coefficient."""
     @property
     def source(self) -> Literal["board", "exif", "estimated"]:
-        """Where the numbers come from."""
+        """Where the numbers come from: `board`, `exif` or `estimated`."""
     @property
     def rms_px(self) -> float | None:
         """Root mean square reprojection error of all corners, pixels; None where no board is told of, as below."""
@@ -320,10 +396,10 @@ class Rig:
 
     @staticmethod
     def parse(text: str) -> Rig:
-        """Read the text of a rig.json; raises :class:`FacewrightError` with what is wrong."""
+        """Read the text of a rig.json; raises FacewrightError with what is wrong."""
     @staticmethod
     def read(path: Path) -> Rig:
-        """Read a rig.json; raises :class:`FacewrightError` with what is wrong."""
+        """Read a rig.json; raises FacewrightError with what is wrong."""
     def write(self, path: Path) -> None:
         """Write a rig.json, whole or not at all."""
     def to_json(self) -> str:
@@ -335,7 +411,7 @@ class Rig:
     def names(self) -> list[str]:
         """Their names."""
     def camera(self, name: str) -> Camera:
-        """One of the cameras by its name, as a camera.json; raises :class:`FacewrightError` where there is none."""
+        """One of the cameras by its name, as a camera.json; raises CameraError where there is none."""
     @property
     def rms_px(self) -> float:
         """Root mean square reprojection error of all corners, pixels."""
@@ -382,10 +458,10 @@ class Tracks:
 
     @staticmethod
     def parse(text: str) -> Tracks:
-        """Read the text of a tracks.json; raises :class:`FacewrightError` with what is wrong."""
+        """Read the text of a tracks.json; raises FacewrightError with what is wrong."""
     @staticmethod
     def read(path: Path) -> Tracks:
-        """Read a tracks.json; raises :class:`FacewrightError` with what is wrong."""
+        """Read a tracks.json; raises FacewrightError with what is wrong."""
     def write(self, path: Path) -> None:
         """Write a tracks.json, whole or not at all."""
     def to_json(self) -> str:
@@ -399,7 +475,7 @@ class Tracks:
         """Version of Facewright."""
     @property
     def method(self) -> Method:
-        """How they were tracked."""
+        """How they were tracked: `default` or `paper`."""
     @property
     def camera(self) -> Camera:
         """The camera; its focal length is the landmarks' estimate unless it was calibrated."""
@@ -436,6 +512,9 @@ class TrackedFrame:
     def reason(self) -> str:
         """What it shows, or why nothing was found."""
     @property
+    def reason_kind(self) -> str | None:
+        """The same as a word for programs, like `blurred`; None in files that do not tell."""
+    @property
     def cam_from_head(self) -> NDArray[np.float64] | None:
         """(4, 4) pose of the head by its landmarks, metres; None where no face was found."""
     @property
@@ -443,7 +522,13 @@ class TrackedFrame:
         """Points found."""
 
 class Track:
-    """A point of the face in the frames in which it was found."""
+    """A point of the face in the frames in which it was found.
+
+    Made of its number, the indices `frames` in which it was found, ascending, the `reference` among them in which it
+    was chosen, `points` (n, 2) pixels with standard deviations `sigmas` (n,), and the `region`: skin, mouth, eyes or
+    brows. `missing` gives a reason for frames in which it was not found. What contradicts itself is refused when the
+    track comes into a Tracks.
+    """
 
     def __new__(
         cls,
@@ -456,12 +541,7 @@ class Track:
         sigmas: ArrayLike,
         missing: Mapping[int, str] = ...,
         place: Sequence[float] | None = None,
-    ) -> Track:
-        """A point that was found in `frames`, ascending, at `points` (n, 2) pixels with standard deviations `sigmas`.
-
-        `missing` gives a reason for frames in which it was not found. What contradicts itself is refused when the
-        track comes into a :class:`Tracks`.
-        """
+    ) -> Track: ...
     def with_id(self, id: int) -> Track:
         """The same with another number."""
     @property
@@ -472,7 +552,7 @@ class Track:
         """Index of the frame in which it was chosen."""
     @property
     def region(self) -> Region:
-        """What it belongs to."""
+        """What it belongs to: `skin`, `mouth`, `eyes` or `brows`."""
     @property
     def frames(self) -> NDArray[np.int64]:
         """(n,) indices of the frames in which it was found, ascending."""
@@ -489,15 +569,65 @@ class Track:
     def place(self) -> tuple[float, float, float] | None:
         """Where it is on the landmarks' head at rest, head frame, metres; the artist's own points have no place."""
 
+class Matches:
+    """A matches.json: corners of the face matched between two frames."""
+
+    @staticmethod
+    def parse(text: str) -> Matches:
+        """Read the text of a matches.json; raises FacewrightError with what is wrong."""
+    @staticmethod
+    def read(path: Path) -> Matches:
+        """Read a matches.json; raises FacewrightError with what is wrong."""
+    def write(self, path: Path) -> None:
+        """Write a matches.json, whole or not at all."""
+    def to_json(self) -> str:
+        """The text of a matches.json, in one line."""
+    @property
+    def pairs(self) -> list[MatchedPair]:
+        """The pairs of frames."""
+    def __len__(self) -> int: ...
+
+class MatchedPair:
+    """The matches of two frames as arrays of one length."""
+
+    @property
+    def a(self) -> str:
+        """Name of the first frame, without extension."""
+    @property
+    def b(self) -> str:
+        """Name of the second frame, without extension."""
+    @property
+    def points_a(self) -> NDArray[np.float64]:
+        """(n, 2) where they are in the first frame, pixels as filmed: x right, y down, centres at integers."""
+    @property
+    def points_b(self) -> NDArray[np.float64]:
+        """(n, 2) where they are in the second frame; one that is not kept, where it was last believed to be."""
+    @property
+    def kept(self) -> NDArray[np.bool_]:
+        """(n,) whether each is believed."""
+    @property
+    def tracked(self) -> NDArray[np.float64]:
+        """(n, 2) where the tracker put them in the second frame before the correction; NaN where it gave up."""
+    @property
+    def outcomes(self) -> list[str]:
+        """What became of each: kept, or moved or rejected with why."""
+    @property
+    def violations_before(self) -> int:
+        """Cross matches (method paper) or flipped triangles (default) before the correction."""
+    @property
+    def violations_after(self) -> int:
+        """The same after it."""
+    def __len__(self) -> int: ...
+
 class Faces:
     """A faces.json: what the nets saw in the frames of a clip that they looked at."""
 
     @staticmethod
     def parse(text: str) -> Faces:
-        """Read the text of a faces.json; raises :class:`FacewrightError` with what is wrong."""
+        """Read the text of a faces.json; raises FacewrightError with what is wrong."""
     @staticmethod
     def read(path: Path) -> Faces:
-        """Read a faces.json; raises :class:`FacewrightError` with what is wrong."""
+        """Read a faces.json; raises FacewrightError with what is wrong."""
     def write(self, path: Path) -> None:
         """Write a faces.json, whole or not at all."""
     def to_json(self) -> str:
@@ -519,7 +649,9 @@ class Faces:
         """Indices of the frames in which the face was seen, ascending."""
     @property
     def landmarks(self) -> NDArray[np.float64]:
-        """(n, 468, 3) landmarks in the seen frames: u, v pixels, and depth in the same scale, away from the camera."""
+        """(n, 468, 3) landmarks in the seen frames: u, v pixels, and depth in the same scale, growing away from the
+        camera.
+        """
     def irises(self, side: int) -> NDArray[np.float64]:
         """(n, 2) centres of an iris in the seen frames, pixels; `side` 0 is the subject's left."""
     @property
@@ -534,10 +666,10 @@ class Motion:
 
     @staticmethod
     def parse(text: str) -> Motion:
-        """Read the text of a motion.json; raises :class:`FacewrightError` with what is wrong."""
+        """Read the text of a motion.json; raises FacewrightError with what is wrong."""
     @staticmethod
     def read(path: Path) -> Motion:
-        """Read a motion.json; raises :class:`FacewrightError` with what is wrong."""
+        """Read a motion.json; raises FacewrightError with what is wrong."""
     def write(self, path: Path) -> None:
         """Write a motion.json, whole or not at all."""
     def to_json(self) -> str:
@@ -547,7 +679,7 @@ class Motion:
         """Version of Facewright."""
     @property
     def method(self) -> Method:
-        """How it was solved."""
+        """How it was solved: `default` or `paper`."""
     @property
     def camera(self) -> Camera:
         """The camera, its focal length refined unless it was calibrated."""
@@ -598,6 +730,9 @@ class MotionFrame:
     def reason(self) -> str:
         """What it rests on, or why there is no pose."""
     @property
+    def reason_kind(self) -> str | None:
+        """The same as a word for programs, like `blurred`; None in files that do not tell."""
+    @property
     def cam_from_head(self) -> NDArray[np.float64] | None:
         """(4, 4) pose of the head, metres; None where it was left out."""
     @property
@@ -633,7 +768,7 @@ class MotionPoints:
         """(n,) root mean square distances from where they are seen in those, pixels."""
     @property
     def regions(self) -> list[Region]:
-        """What each belongs to."""
+        """What each belongs to: `skin`, `mouth`, `eyes` or `brows`."""
     @property
     def moves(self) -> NDArray[np.bool_]:
         """(n,) whether each moves against the head, and took no part in the motion."""
@@ -654,10 +789,10 @@ class Report:
 
     @staticmethod
     def parse(text: str) -> Report:
-        """Read the text of a report.json; raises :class:`FacewrightError` with what is wrong."""
+        """Read the text of a report.json; raises FacewrightError with what is wrong."""
     @staticmethod
     def read(path: Path) -> Report:
-        """Read a report.json; raises :class:`FacewrightError` with what is wrong."""
+        """Read a report.json; raises FacewrightError with what is wrong."""
     def write(self, path: Path) -> None:
         """Write a report.json, whole or not at all."""
     def to_json(self) -> str:
@@ -667,13 +802,16 @@ class Report:
         """Version of Facewright."""
     @property
     def method(self) -> Method:
-        """Chain of steps."""
+        """Chain of steps: `default` or `paper`."""
     @property
     def camera(self) -> Camera:
         """The camera."""
     @property
     def frames(self) -> list[ReportFrame]:
         """Every frame given."""
+    @property
+    def left_out(self) -> list[tuple[int, str]]:
+        """How many frames were left out for each reason, in a few words each."""
     @property
     def points(self) -> int:
         """Number of measured 3D points."""
@@ -708,6 +846,9 @@ class ReportFrame:
     @property
     def reason(self) -> str:
         """Why, or why not."""
+    @property
+    def reason_kind(self) -> str | None:
+        """The same as a word for programs, like `blurred`; None in files that do not tell."""
     @property
     def cam_from_head(self) -> NDArray[np.float64] | None:
         """(4, 4) pose of the head, metres; None where no face was found."""
@@ -764,12 +905,13 @@ def version() -> str:
     """Version of the library."""
 
 def check_folder(folder: Path) -> None:
-    """Raise `OutputError` when a result folder cannot be written; nothing is left behind."""
+    """Raise OutputError when a result folder cannot be written; nothing is left behind."""
 
 def save_board(path: Path, *, options: SheetOptions | None = None, **fields: Any) -> None:
     """Write a board to print as the SVG, PDF or PNG that the path's extension says, exact at 100 % print scale.
 
-    `options` or further keywords are those of :class:`SheetOptions`: the board, the page, the mark.
+    `options` or further keywords are those of SheetOptions: the board, the page, the mark. Raises OptionError for a
+    board that cannot be or does not fit on the page, OutputError where the file cannot be written.
     """
 
 def calibrate(
@@ -779,10 +921,13 @@ def calibrate(
     options: CalibrateOptions | None = None,
     **fields: Any,
 ) -> Job[Camera]:
-    """Calibrate a camera from image files, folders or videos of a board.
+    """Calibrate a camera from image files, folders or videos of a board; the job's result is a Camera.
 
-    `options` or further keywords are those of :class:`CalibrateOptions`. The result is also drawn into `picture`, as by
-    :func:`save_calibration_picture`.
+    `options` or further keywords are those of CalibrateOptions. The result is also drawn into `picture`, as by
+    save_calibration_picture.
+
+    Raises OptionError and OutputError at once. The job raises InputError for pictures that cannot be read,
+    CameraError where the board is found in too few of them, or they do not tell the camera.
     """
 
 def calibrate_rig(
@@ -792,15 +937,19 @@ def calibrate_rig(
     options: CalibrateOptions | None = None,
     **fields: Any,
 ) -> Job[Rig]:
-    """Calibrate cameras that saw one board at the same moments, and where they stand.
+    """Calibrate cameras that saw one board at the same moments, and where they stand; the job's result is a Rig.
 
-    `cameras` are (name, pictures). Pictures with the same number at the end of their names belong to one moment;
-    without numbers, the k-th ones of all cameras do. `options` or further keywords are those of
-    :class:`CalibrateOptions`.
+    `cameras` are (name, pictures), two or more. Pictures with the same number at the end of their names belong to
+    one moment; without numbers, the k-th ones of all cameras do. `options`, `picture` and errors are those of
+    calibrate; CameraError also where pictures of the cameras do not belong together.
     """
 
 def save_calibration_picture(calibration: Camera | Rig | str, path: Path) -> None:
-    """Draw a camera or a rig, or the text of its file, into the SVG, PDF or PNG that the path's extension says."""
+    """Draw a Camera or a Rig, or the text of either's file, into the SVG, PDF or PNG that the path's extension says.
+
+    Raises OutputError where the file cannot be written, FacewrightError for a camera that does not tell of the
+    boards it was calibrated from.
+    """
 
 def undistort(
     pictures: Sequence[Path],
@@ -810,10 +959,13 @@ def undistort(
     options: UndistortOptions | None = None,
     **fields: Any,
 ) -> Job[Camera]:
-    """Write pictures without lens distortion into a folder, as PNG under their names.
+    """Write image files, folders of them or videos without lens distortion into a folder, as PNG under their names.
 
-    `camera` may be the text of its file. The job's result is the camera of the new pictures, which is also left as
-    camera.json among them. `options` or further keywords are those of :class:`UndistortOptions`.
+    `camera` is a Camera, or the text of its file. The job's result is the Camera of the new pictures, which is also
+    left as camera.json among them. `options` or further keywords are those of UndistortOptions.
+
+    Raises OutputError at once where the folder cannot be written. The job raises InputError for pictures that cannot
+    be read, CameraError for the camera of another size.
     """
 
 def match_pair(
@@ -826,16 +978,26 @@ def match_pair(
     options: MatchOptions | None = None,
     **fields: Any,
 ) -> Job[str]:
-    """Match corners of the face between two frames; the job's result is matches.json as text.
+    """Match corners of the face between two frames; the job's result is the text of a matches.json, which Matches.parse
+    reads.
 
-    `camera` may be the text of its file. Both frames with their matches are also drawn into `picture`: SVG, PDF or PNG.
-    `options` or further keywords are those of :class:`MatchOptions`.
+    `a` and `b` are image files. `camera` is a Camera, or the text of its file; without it the focal length is
+    estimated. Both frames with their matches are also drawn into `picture`: SVG, PDF or PNG. `options` or further
+    keywords are those of MatchOptions.
+
+    Raises OptionError, and OutputError for another kind of picture, at once. The job raises InputError for frames
+    that cannot be read, SetupError without assets, CameraError for the camera of another size, FilmError where a
+    face is missing or hardly a match is right.
     """
 
 def find_faces(frames: Sequence[Path], *, assets: Assets | Path, camera: Camera | str | None = None) -> Job[Faces]:
-    """Find the face in image files, folders or videos.
+    """Find the face in image files, folders or videos; the job's result is Faces.
 
-    `camera` may be the text of its file; without it the focal length is estimated.
+    `frames` are in the order of time. `camera` is a Camera, or the text of its file; without it the focal length is
+    estimated.
+
+    The job raises InputError for frames that cannot be read, CameraError for the camera of another size, FilmError
+    where no frame shows a face.
     """
 
 def track(
@@ -847,10 +1009,15 @@ def track(
     options: TrackOptions | None = None,
     **fields: Any,
 ) -> Job[Tracks]:
-    """Track points of the face through image files, folders or videos.
+    """Track points of the face through image files, folders or videos; the job's result is Tracks.
 
-    `faces` are those found before; the texts of their files will do. Without a camera the focal length is estimated.
-    `options` or further keywords are those of :class:`TrackOptions`.
+    `frames` are in the order of time, two or more. `camera` is a Camera, `faces` are those found in the same frames
+    before, or the texts of their files; without a camera the focal length is estimated. `options` or further
+    keywords are those of TrackOptions. Places are pixels of the picture as filmed: x right, y down, centres at
+    integers.
+
+    Raises OptionError at once. The job raises InputError for frames that cannot be read, CameraError for the camera
+    of another size, TracksError for the faces of another clip, FilmError where no frame shows a face.
     """
 
 def motion(
@@ -860,18 +1027,26 @@ def motion(
     options: MotionOptions | None = None,
     **fields: Any,
 ) -> Job[Motion]:
-    """Solve for the head's pose in every frame and the places of its points.
+    """Solve for the head's pose in every frame and the places of its points; the job's result is a Motion.
 
-    `camera` is taken instead of the camera of the tracks; the texts of their files will do. `options` or further
-    keywords are those of :class:`MotionOptions`; `lengths` are (number of a track, number of another, millimetres
-    between them) as measured on the head.
+    `tracks` are Tracks, `camera` a Camera to take instead of theirs, or the texts of their files. `options` or
+    further keywords are those of MotionOptions; `lengths` are (number of a track, number of another, millimetres
+    between them) as measured on the head. Poses are (4, 4) cam_from_head, places are in the head frame, both in
+    metres.
+
+    Raises OptionError at once. The job raises CameraError for the camera of another size, TracksError for tracks
+    that do not tell what is needed, FilmError where the head does not turn, or no motion explains its points.
     """
 
 def motion_on_rig(films: Sequence[tuple[str, Tracks | str]], rig: Rig | str) -> Job[Motion]:
-    """Solve for the motion that the first film shows; the places of the rig's cameras give its size.
+    """Solve for the motion that the first film shows; the places of the rig's cameras give its size. The job's result
+    is a Motion.
 
-    `films` are names of the rig's cameras with the tracks of the film each took at the same moments; the texts of
-    the files will do.
+    `films` are (name of a camera of the rig, Tracks of the film that it took at the same moments), two or more,
+    `rig` is a Rig; the texts of their files will do.
+
+    The job raises CameraError for a camera that the rig has not, and for films that do not show the same moments;
+    else as motion does.
     """
 
 def reconstruct(
@@ -885,10 +1060,15 @@ def reconstruct(
     options: ReconstructOptions | None = None,
     **fields: Any,
 ) -> Job[Reconstruction]:
-    """Reconstruct the head in image files, folders or videos.
+    """Reconstruct the head in image files, folders or videos; the job's result is a Reconstruction.
 
-    `camera`, `faces`, `tracks` and `motion` of the same frames, or the texts of their files: what is given is not
-    found anew. `options` or further keywords are those of :class:`ReconstructOptions`.
+    `frames` are in the order of time, two or more. `camera`, `faces`, `tracks` and `motion` of the same frames, or
+    the texts of their files: what is given is not found anew. `options` or further keywords are those of
+    ReconstructOptions. Nothing is written: Reconstruction.write does.
+
+    Raises OptionError at once. The job raises InputError for frames that cannot be read, CameraError for the camera
+    of another size, TracksError for what belongs to another clip, FilmError where the head does not turn or hardly a
+    frame is sharp, uncovered and quiet.
     """
 
 def reconstruct_on_rig(
@@ -899,28 +1079,46 @@ def reconstruct_on_rig(
     options: ReconstructOptions | None = None,
     **fields: Any,
 ) -> Job[Reconstruction]:
-    """Reconstruct the head that a rig's cameras filmed at the same moments, or photographed once each, in true size.
+    """Reconstruct the head that a rig's cameras filmed at the same moments, or took one photograph each of; the job's
+    result is a Reconstruction in true size.
 
-    `films` are names of the rig's cameras with the image files, folders or videos of each; `rig` is a Rig, or the text
-    of its file. `options` or further keywords are those of :class:`ReconstructOptions`.
+    `films` are (name of a camera of the rig, its image files, folders or videos), two or more with as many frames
+    each; `rig` is a Rig, or the text of its file. `options` or further keywords are those of ReconstructOptions,
+    whose method and size are the rig's own here.
+
+    Raises OptionError at once. The job raises CameraError for a camera that the rig has not, for films of different
+    lengths and for cameras that see the head from one direction; else as reconstruct does.
     """
 
 def overlay(result: Path, frames: Sequence[Path], folder: Path) -> Job[list[str]]:
-    """Draw the head of a result folder over its frames, into PNG of the frames' names, which the result lists."""
+    """Draw the head of a result folder over its frames, into PNG of the frames' names; the job's result is the names of
+    the frames drawn.
+
+    `result` is a folder that Reconstruction.write has left, `frames` are the image files, folders or videos that it
+    was made from, `folder` is where the pictures go.
+
+    Raises OutputError at once where that cannot be written. The job raises InputError where `result` holds no
+    result.
+    """
 
 def overlay_on_rig(result: Path, films: Sequence[tuple[str, Sequence[Path]]], folder: Path) -> Job[list[str]]:
-    """Draw the head that a rig filmed over the frames of its cameras, given as for :func:`reconstruct_on_rig`.
+    """Draw the head that a rig filmed over the frames of its cameras, into PNG of the report's names, like left_0012;
+    the job's result is those names.
 
-    The PNG have the names of the report's frames, like left_0012, which are the result.
+    `films` are given as for reconstruct_on_rig, `result` and `folder` as for overlay, whose errors these are;
+    CameraError for a camera that the result does not know.
     """
 
 def generic_head(assets: Assets | Path) -> Reconstruction:
-    """The generic head itself, with its own keys and a plain texture."""
+    """The generic head itself, with its own keys and a plain texture; its report is empty.
+
+    `assets` is a folder, or a handle; the nets are not needed. Raises SetupError where the head is missing.
+    """
 
 def parse_command(arguments: Sequence[str], *, program: str = "facewright") -> Command:
     """Read a command line of the `facewright` program, without its name, and do nothing yet.
 
-    `program` is what the help and errors call it. Raises `UsageError` where it cannot be read, and where help is asked
+    `program` is what the help and errors call it. Raises UsageError where it cannot be read, and where help is asked
     for.
     """
 

@@ -4,21 +4,26 @@
 
 mod camera;
 mod faces;
+mod matches;
 mod motion;
 mod report;
 mod rig;
+mod shared;
 mod tracks;
 
 pub use camera::Camera;
 pub use faces::Faces;
 pub use motion::Motion;
+pub use report::Report;
 pub use rig::{Calibration, Rig};
 pub use tracks::Tracks;
 
 use camera::{Board, BoardBend, BoardImage};
+use matches::{MatchedPair, Matches};
 use motion::{MotionFrame, MotionPoints, Roughness};
-use report::{FitReport, Report, ReportFrame, Scale, TextureReport};
+use report::{FitReport, ReportFrame, TextureReport};
 use rig::MountedCamera;
+use shared::Scale;
 use tracks::{Track, TrackedFrame};
 
 use geometry::Transform;
@@ -106,6 +111,8 @@ pub fn add_classes(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Rig>()?;
     module.add_class::<MountedCamera>()?;
     module.add_class::<Faces>()?;
+    module.add_class::<Matches>()?;
+    module.add_class::<MatchedPair>()?;
     module.add_class::<Tracks>()?;
     module.add_class::<TrackedFrame>()?;
     module.add_class::<Track>()?;

@@ -1,12 +1,12 @@
 //! `motion.json`.
 
-use super::{Camera, Numbers, Or, Rows, Scale, file_class, matrix, rows, word};
+use super::shared::{frame, made_by, measured};
+use super::{Numbers, Or, Rows, file_class, rows, word};
 use facewright::{FrameMotion, HeadMotion, PointMotion};
 use geometry::Transform;
 use numpy::ndarray::Array3;
 use numpy::{IntoPyArray, PyArray1, PyArray3};
 use pyo3::prelude::*;
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A motion.json: the pose of the head in every frame, and a metric cloud of its points.
@@ -15,27 +15,15 @@ use std::sync::Arc;
 pub struct Motion(Arc<HeadMotion>);
 
 file_class!(Motion, HeadMotion, "motion.json");
+made_by!(
+    Motion,
+    method: "How it was solved: `default` or `paper`.",
+    camera: "The camera, its focal length refined unless it was calibrated."
+);
+measured!(Motion);
 
 #[pymethods]
 impl Motion {
-    /// Version of Facewright.
-    #[getter]
-    fn version(&self) -> &str {
-        &self.0.version
-    }
-
-    /// How it was solved: `default` or `paper`.
-    #[getter]
-    fn method(&self) -> String {
-        word(&self.0.method)
-    }
-
-    /// The camera, its focal length refined unless it was calibrated.
-    #[getter]
-    fn camera(&self) -> Camera {
-        Camera::numbers(self.0.camera)
-    }
-
     /// Width and height of the pictures, pixels.
     #[getter]
     fn size(&self) -> (u32, u32) {
@@ -76,12 +64,6 @@ impl Motion {
         MotionPoints(self.0.clone())
     }
 
-    /// What the size rests on.
-    #[getter]
-    fn scale(&self) -> Scale {
-        Scale::of(&self.0.scale)
-    }
-
     /// Root mean square distance of points from where they are seen, pixels, over all that agree.
     #[getter]
     fn reprojection_rms_px(&self) -> f64 {
@@ -93,18 +75,6 @@ impl Motion {
     fn roughness(&self) -> Roughness {
         let facewright::Roughness { rotation_deg, translation_mm } = self.0.roughness;
         Roughness { rotation_deg, translation_mm }
-    }
-
-    /// Seconds per stage.
-    #[getter]
-    fn timings_s(&self) -> BTreeMap<String, f64> {
-        self.0.timings_s.clone()
-    }
-
-    /// What the artist should know.
-    #[getter]
-    fn warnings(&self) -> Vec<String> {
-        self.0.warnings.clone()
     }
 
     fn __repr__(&self) -> String {
@@ -126,32 +96,15 @@ pub struct Roughness {
 #[pyclass(frozen, module = "facewright")]
 pub struct MotionFrame(FrameMotion);
 
+frame!(
+    MotionFrame,
+    used: "Whether the head could be placed in it.",
+    reason: "What it rests on, or why there is no pose.",
+    cam_from_head: "(4, 4) pose of the head, metres; None where it was left out."
+);
+
 #[pymethods]
 impl MotionFrame {
-    /// File name without extension.
-    #[getter]
-    fn name(&self) -> &str {
-        &self.0.name
-    }
-
-    /// Whether the head could be placed in it.
-    #[getter]
-    fn used(&self) -> bool {
-        self.0.used
-    }
-
-    /// What it rests on, or why there is no pose.
-    #[getter]
-    fn reason(&self) -> &str {
-        &self.0.reason
-    }
-
-    /// (4, 4) pose of the head, metres; None where it was left out.
-    #[getter]
-    fn cam_from_head<'py>(&self, py: Python<'py>) -> Option<Rows<'py>> {
-        self.0.cam_from_head.as_ref().map(|pose| matrix(py, pose))
-    }
-
     /// Standard deviation of the rotation, degrees, root of the sum over the axes.
     #[getter]
     fn rotation_sigma_deg(&self) -> Option<f64> {

@@ -1,6 +1,7 @@
 //! `report.json`.
 
-use super::{Camera, Rows, file_class, matrix, rows, word};
+use super::shared::{frame, made_by, measured};
+use super::{Rows, file_class, rows};
 use facewright::FrameReport;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
@@ -12,31 +13,21 @@ use std::sync::Arc;
 pub struct Report(Arc<facewright::Report>);
 
 file_class!(Report, facewright::Report, "report.json");
+made_by!(Report, method: "Chain of steps: `default` or `paper`.", camera: "The camera.");
+measured!(Report);
 
 #[pymethods]
 impl Report {
-    /// Version of Facewright.
-    #[getter]
-    fn version(&self) -> &str {
-        &self.0.version
-    }
-
-    /// Chain of steps: `default` or `paper`.
-    #[getter]
-    fn method(&self) -> String {
-        word(&self.0.method)
-    }
-
-    /// The camera.
-    #[getter]
-    fn camera(&self) -> Camera {
-        Camera::numbers(self.0.camera)
-    }
-
     /// Every frame given.
     #[getter]
     fn frames(&self) -> Vec<ReportFrame> {
         self.0.frames.iter().cloned().map(ReportFrame).collect()
+    }
+
+    /// How many frames were left out for each reason, in a few words each.
+    #[getter]
+    fn left_out(&self) -> Vec<(usize, String)> {
+        self.0.left_out()
     }
 
     /// Number of measured 3D points.
@@ -49,12 +40,6 @@ impl Report {
     #[getter]
     fn landmarks68<'py>(&self, py: Python<'py>) -> Rows<'py> {
         rows(py, &self.0.landmarks68)
-    }
-
-    /// What the size rests on.
-    #[getter]
-    fn scale(&self) -> Scale {
-        Scale::of(&self.0.scale)
     }
 
     /// How well the head fits what was seen.
@@ -79,18 +64,6 @@ impl Report {
         TextureReport { size: texture.size, seen: texture.seen, gains }
     }
 
-    /// Seconds per stage.
-    #[getter]
-    fn timings_s(&self) -> BTreeMap<String, f64> {
-        self.0.timings_s.clone()
-    }
-
-    /// What the artist should know.
-    #[getter]
-    fn warnings(&self) -> Vec<String> {
-        self.0.warnings.clone()
-    }
-
     fn __repr__(&self) -> String {
         let used = self.0.frames.iter().filter(|frame| frame.used).count();
         format!("<facewright.Report: {used} of {} frames, {} points>", self.0.frames.len(), self.0.points)
@@ -101,32 +74,15 @@ impl Report {
 #[pyclass(frozen, module = "facewright")]
 pub struct ReportFrame(FrameReport);
 
+frame!(
+    ReportFrame,
+    used: "Whether shape and texture were taken from it.",
+    reason: "Why, or why not.",
+    cam_from_head: "(4, 4) pose of the head, metres; None where no face was found."
+);
+
 #[pymethods]
 impl ReportFrame {
-    /// File name without extension.
-    #[getter]
-    fn name(&self) -> &str {
-        &self.0.name
-    }
-
-    /// Whether shape and texture were taken from it.
-    #[getter]
-    fn used(&self) -> bool {
-        self.0.used
-    }
-
-    /// Why, or why not.
-    #[getter]
-    fn reason(&self) -> &str {
-        &self.0.reason
-    }
-
-    /// (4, 4) pose of the head, metres; None where no face was found.
-    #[getter]
-    fn cam_from_head<'py>(&self, py: Python<'py>) -> Option<Rows<'py>> {
-        self.0.cam_from_head.as_ref().map(|pose| matrix(py, pose))
-    }
-
     /// Root mean square distance of its observations from the model, pixels.
     #[getter]
     fn reprojection_rms_px(&self) -> Option<f64> {
@@ -135,22 +91,6 @@ impl ReportFrame {
 
     fn __repr__(&self) -> String {
         format!("<facewright.ReportFrame {}: {}>", self.0.name, self.0.reason)
-    }
-}
-
-/// The size of a head and what it rests on.
-#[pyclass(frozen, get_all, module = "facewright")]
-pub struct Scale {
-    /// What fixed the size.
-    source: String,
-    /// Standard deviation of the size, as part of it; 0 in files that do not tell.
-    relative_sigma: f64,
-}
-
-impl Scale {
-    /// The library's.
-    pub fn of(scale: &facewright::Scale) -> Self {
-        Self { source: scale.source.clone(), relative_sigma: scale.relative_sigma }
     }
 }
 

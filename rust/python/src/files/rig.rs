@@ -32,7 +32,7 @@ impl Rig {
         self.0.cameras.iter().map(|camera| camera.name.clone()).collect()
     }
 
-    /// One of the cameras by its name, as a camera.json; raises FacewrightError where the rig has none of that name.
+    /// One of the cameras by its name, as a camera.json; raises CameraError where there is none.
     fn camera(&self, name: &str) -> PyResult<Camera> {
         let found = self.0.camera(name).map_err(|e| crate::raise(&e))?;
         Ok(Camera::calibrated(found.calibrated.clone()))

@@ -1,6 +1,7 @@
 //! `tracks.json`.
 
-use super::{Camera, Numbers, Or, Rows, file_class, matrix, word};
+use super::shared::{frame, made_by};
+use super::{Numbers, Or, Rows, file_class, word};
 use facewright::{FrameTracks, PointGap, PointObservation, PointTrack, Region};
 use geometry::Vec2;
 use numpy::ndarray::Array2;
@@ -16,6 +17,11 @@ use std::sync::Arc;
 pub struct Tracks(Arc<facewright::Tracks>);
 
 file_class!(Tracks, facewright::Tracks, "tracks.json");
+made_by!(
+    Tracks,
+    method: "How they were tracked: `default` or `paper`.",
+    camera: "The camera; its focal length is the landmarks' estimate unless it was calibrated."
+);
 
 #[pymethods]
 impl Tracks {
@@ -28,24 +34,6 @@ impl Tracks {
     /// As they concern other frames of the same clip, known by their names; some may not have been tracked.
     fn of_frames(&self, names: Vec<String>) -> Self {
         Self::new(self.0.of_frames(&names))
-    }
-
-    /// Version of Facewright.
-    #[getter]
-    fn version(&self) -> &str {
-        &self.0.version
-    }
-
-    /// How they were tracked: `default` or `paper`.
-    #[getter]
-    fn method(&self) -> String {
-        word(&self.0.method)
-    }
-
-    /// The camera; its focal length is the landmarks' estimate unless it was calibrated.
-    #[getter]
-    fn camera(&self) -> Camera {
-        Camera::numbers(self.0.camera)
     }
 
     /// Width and height of the pictures, pixels.
@@ -78,12 +66,6 @@ impl Tracks {
         self.0.tracks.iter().cloned().map(Track).collect()
     }
 
-    /// What the artist should know.
-    #[getter]
-    fn warnings(&self) -> Vec<String> {
-        self.0.warnings.clone()
-    }
-
     fn __len__(&self) -> usize {
         self.0.tracks.len()
     }
@@ -97,32 +79,15 @@ impl Tracks {
 #[pyclass(frozen, module = "facewright")]
 pub struct TrackedFrame(FrameTracks);
 
+frame!(
+    TrackedFrame,
+    used: "Whether points were found in it.",
+    reason: "What it shows, or why nothing was found.",
+    cam_from_head: "(4, 4) pose of the head by its landmarks, metres; None where no face was found."
+);
+
 #[pymethods]
 impl TrackedFrame {
-    /// File name without extension.
-    #[getter]
-    fn name(&self) -> &str {
-        &self.0.name
-    }
-
-    /// Whether points were found in it.
-    #[getter]
-    fn used(&self) -> bool {
-        self.0.used
-    }
-
-    /// What it shows, or why nothing was found.
-    #[getter]
-    fn reason(&self) -> &str {
-        &self.0.reason
-    }
-
-    /// (4, 4) pose of the head by its landmarks, metres; None where no face was found.
-    #[getter]
-    fn cam_from_head<'py>(&self, py: Python<'py>) -> Option<Rows<'py>> {
-        self.0.cam_from_head.as_ref().map(|pose| matrix(py, pose))
-    }
-
     /// Points found.
     #[getter]
     fn points(&self) -> usize {
@@ -135,16 +100,16 @@ impl TrackedFrame {
 }
 
 /// A point of the face in the frames in which it was found.
+///
+/// Made of its number, the indices `frames` in which it was found, ascending, the `reference` among them in which it was chosen, `points`
+/// (n, 2) pixels with standard deviations `sigmas` (n,), and the `region`: skin, mouth, eyes or brows. `missing` gives a reason for
+/// frames in which it was not found. What contradicts itself is refused when the track comes into a Tracks.
 #[pyclass(frozen, eq, from_py_object, module = "facewright")]
 #[derive(Clone, PartialEq)]
 pub struct Track(PointTrack);
 
 #[pymethods]
 impl Track {
-    /// A point that was found in `frames`, ascending, at `points` (n, 2) pixels with standard deviations `sigmas` (n,).
-    ///
-    /// `missing` gives a reason for frames in which it was not found. What contradicts itself is refused when the track
-    /// comes into a Tracks.
     #[new]
     #[pyo3(signature = (id, *, reference, region, frames, points, sigmas, missing = BTreeMap::new(), place = None))]
     fn new(

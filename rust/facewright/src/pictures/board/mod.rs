@@ -56,6 +56,9 @@ impl Default for SheetOptions {
 
 impl SheetOptions {
     /// Refuses what cannot be.
+    ///
+    /// # Errors
+    /// [`FacewrightError::Option`].
     pub fn validate(&self) -> Result<(), FacewrightError> {
         if !(self.dpi > 0.0 && self.dpi.is_finite()) {
             return Err(FacewrightError::Option { name: "the resolution", expected: "more than 0 dots per inch" });
