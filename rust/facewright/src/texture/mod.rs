@@ -1,13 +1,15 @@
 //! Textures of the finished shape: the skin's atlas from the chosen frames, and the eyes' picture from the irises.
 
+mod cuts;
+
 use crate::faces::Clip;
 use crate::head::Measured;
 use crate::{FacewrightError, Method, TextureReport};
+use cuts::{Cuts, cuts};
 use geometry::{Progress, Transform, Vec2, Vec3};
 use head::{GenericHead, part};
-use image::{RgbImage, Rgba, RgbaImage, imageops};
+use image::{Rgba, RgbaImage, imageops};
 use std::f64::consts::FRAC_PI_2;
-use std::sync::Arc;
 use texture::iris::{EyeColours, EyeView, LIMBUS_ANGLE, measure, paint};
 use texture::{BakeOptions, Baked, Occluder, Surface, View, bake, choose_views};
 
@@ -46,18 +48,13 @@ pub fn make_textures(
     let sharpness: Vec<f64> =
         chosen.iter().map(|(frame, _)| clip.faces.look(*frame).map_or(0.0, |look| look.sharpness)).collect();
     let picked = choose_views(&poses, &sharpness, VIEWS);
-    let pictures: Vec<Arc<RgbImage>> =
-        picked.iter().map(|&i| clip.frames.picture(chosen[i].0)).collect::<Result<_, _>>()?;
-    let picked_pictures = picked.iter().zip(&pictures);
-    let views: Vec<View> = picked_pictures
-        .map(|(&i, image)| View {
-            image,
-            camera: measured.camera,
-            cam_from_head: poses[i],
-            mask: None,
-            sharpness: sharpness[i],
-        })
-        .collect();
+    let cuts = cuts(clip, measured, &chosen, &picked)?;
+    let view = |&i: &usize| {
+        let cut = cuts[i].head.as_ref()?;
+        let (image, camera) = (&cut.image, cut.camera(&measured.camera));
+        Some(View { image, camera, cam_from_head: poses[i], mask: None, sharpness: sharpness[i] })
+    };
+    let views: Vec<View> = picked.iter().filter_map(view).collect();
     let options = BakeOptions {
         size,
         method: match method {
@@ -67,7 +64,7 @@ pub fn make_textures(
         ..BakeOptions::default()
     };
     let baked = bake_skin(clip.head, &measured.positions, &views, &options, progress)?;
-    let (eyes, mut warnings) = make_eyes(clip, measured, skin_colour(&baked.texture))?;
+    let (eyes, mut warnings) = make_eyes(&cuts, skin_colour(&baked.texture));
     warnings.extend(baked.warnings.iter().map(ToString::to_string));
     let used = picked.iter().zip(&baked.views).filter(|(_, v)| v.used);
     let gains = used.map(|(&i, v)| (clip.faces.frames[chosen[i].0].name.clone(), v.gain)).collect();
@@ -100,19 +97,9 @@ fn bake_skin(
 }
 
 /// Both eyes side by side as the head's eye map wants them; an eye that no frame shows takes the other's colours.
-fn make_eyes(
-    clip: &Clip,
-    measured: &Measured,
-    skin: Option<[f64; 3]>,
-) -> Result<(RgbaImage, Vec<String>), FacewrightError> {
-    let pictures: Vec<(usize, Arc<RgbImage>)> = measured
-        .chosen
-        .frames
-        .iter()
-        .map(|&frame| Ok((frame, clip.frames.picture(frame)?)))
-        .collect::<Result<_, FacewrightError>>()?;
+fn make_eyes(cuts: &[Cuts], skin: Option<[f64; 3]>) -> (RgbaImage, Vec<String>) {
     let unshaded = |eye: EyeColours| skin.map_or(eye.clone(), |s| eye.unshaded(s));
-    let [left, right] = [0, 1].map(|side| measure(&eye_views(clip, &pictures, side)).map(unshaded));
+    let [left, right] = [0, 1].map(|side| measure(&eye_views(cuts, side)).map(unshaded));
     let mut warnings = Vec::new();
     if left.is_none() && right.is_none() {
         warnings.push("no frame shows the irises: the eyes got an average colour".to_owned());
@@ -120,7 +107,7 @@ fn make_eyes(
     let usual = EyeColours::plain(UNSEEN_IRIS, UNSEEN_WHITE);
     let left_colours = left.as_ref().or(right.as_ref()).unwrap_or(&usual);
     let right_colours = right.as_ref().or(left.as_ref()).unwrap_or(&usual);
-    Ok((both_eyes(right_colours, left_colours), warnings))
+    (both_eyes(right_colours, left_colours), warnings)
 }
 
 /// The colour of the skin as the frames showed it: the upper quartile of each channel, because hair, beard and lips are darker.
@@ -151,11 +138,15 @@ pub fn eye_uv(side: usize, across: &Vec2) -> [f32; 2] {
     [(middle + place.x / 2.0) as f32, (0.5 + place.y) as f32]
 }
 
-fn eye_views<'a>(clip: &'a Clip, pictures: &'a [(usize, Arc<RgbImage>)], side: usize) -> Vec<EyeView<'a>> {
-    let seen = pictures.iter().filter_map(|(frame, image)| Some((image, &clip.faces.face(*frame)?.irises[side])));
-    seen.filter(|(_, iris)| iris.visible)
-        .map(|(image, iris)| EyeView { image, centre: iris.centre, radius: iris.radius, opening: &iris.eye_contour })
-        .collect()
+fn eye_views(cuts: &[Cuts], side: usize) -> Vec<EyeView<'_>> {
+    let seen = cuts.iter().filter_map(|cuts| cuts.eyes[side].as_ref());
+    seen.map(|(cut, iris)| EyeView {
+        image: &cut.image,
+        centre: iris.centre,
+        radius: iris.radius,
+        opening: &iris.eye_contour,
+    })
+    .collect()
 }
 
 /// Plain textures for a head without frames: skin and eyes.
