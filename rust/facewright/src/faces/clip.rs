@@ -1,6 +1,8 @@
 //! A clip that was looked at: the faces, the head that their landmarks give, and where it is in every frame.
 
 use super::{Faces, KnownHead, Placing, landmarks_of, look_at};
+use crate::frames::Octave;
+use crate::track::octave;
 use crate::{Assets, FacewrightError, FrameSet, Given, SizeOptions, SourcedCamera};
 use geometry::{Progress, Transform};
 use head::GenericHead;
@@ -40,6 +42,8 @@ pub struct Clip<'a> {
     pub landmark_fit: LandmarkFit,
     /// The same in every frame.
     pub known: KnownHead,
+    /// The octave in which it is tracked.
+    pub octave: Octave,
 }
 
 impl<'a> Clip<'a> {
@@ -164,14 +168,21 @@ impl<'a> Looking<'a, '_> {
         let head = &self.assets.head;
         let landmark_fit = fit_landmarks(head, &self.camera.camera, &seen, &options, self.progress)?;
         let known = KnownHead::by_landmarks(&landmark_fit);
-        Ok(Clip { frames: self.frames, head, faces, seen, landmark_fit, known })
+        let octave = octave(faces.eye_distance());
+        Ok(Clip { frames: self.frames, head, faces, seen, landmark_fit, known, octave })
     }
 
     /// Places the head in the frames of those gaps between looks that are wanted.
     fn place(&self, clip: &mut Clip, is_wanted: impl Fn([usize; 2]) -> bool) -> Result<(), FacewrightError> {
         let gaps: Vec<[usize; 2]> = gaps(&clip.faces).filter(|gap| is_wanted(*gap)).collect();
-        let placing =
-            Placing { frames: self.frames, head: &self.assets.head, known: &clip.known, triangles: &self.triangles };
+        let placing = Placing {
+            frames: self.frames,
+            head: &self.assets.head,
+            known: &clip.known,
+            octave: clip.octave,
+            camera: clip.octave.camera(&clip.known.camera),
+            triangles: &self.triangles,
+        };
         let (faces, total) = (&clip.faces, gaps.len());
         let place = |(done, &[a, b]): (usize, &[usize; 2])| {
             self.progress.step(done, total)?;

@@ -1,6 +1,7 @@
 //! What the nets see in a frame: the face that is followed, and how sharp it is.
 
 use super::Faces;
+use crate::track::octave;
 use crate::{FacewrightError, FrameSet};
 use geometry::Progress;
 use image::{GrayImage, RgbImage, imageops};
@@ -63,6 +64,9 @@ impl Eyes<'_> {
             None => self.landmarker.find(&picture)?,
         };
         let face = face.map(Face::rounded);
+        if let Some(face) = &face {
+            self.frames.keep_pyramid(frame, &picture, octave(face.eye_distance()));
+        }
         let sharpness = face.as_ref().map_or(0.0, |face| sharpness(&picture, face));
         Ok(Look { face, rival, sharpness })
     }

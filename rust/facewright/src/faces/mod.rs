@@ -149,6 +149,14 @@ impl Faces {
         (looked.len(), seen)
     }
 
+    /// Distance between the eyes where the face is large and turned to the camera, pixels: the upper decile.
+    pub(crate) fn eye_distance(&self) -> f64 {
+        let seen = (0..self.frames.len()).filter_map(|frame| self.face(frame));
+        let mut distances: Vec<f64> = seen.map(vision::landmarks::Face::eye_distance).collect();
+        distances.sort_by(f64::total_cmp);
+        distances.get(distances.len() * 9 / 10).copied().unwrap_or(0.0)
+    }
+
     /// What the artist should know.
     pub fn warnings(&self) -> Vec<String> {
         let looks = || self.frames.iter().filter_map(|frame| frame.look.as_ref());

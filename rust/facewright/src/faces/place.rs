@@ -5,10 +5,11 @@
 //! well as the neighbours' landmarks do together.
 
 use super::{KnownFrame, KnownHead, TrackedSkin};
+use crate::frames::Octave;
 use crate::motion::{LANDMARK_SIGMA_RAD, threshold_px};
 use crate::track::{Anchors, Scene, SearchOptions, Surface, View, seeds};
 use crate::{FacewrightError, FrameSet};
-use geometry::{Transform, Vec2, Vec3};
+use geometry::{Camera, Transform, Vec2, Vec3};
 use head::GenericHead;
 use motion::resect::{ResectOptions, resect};
 use vision::landmarks::Face;
@@ -25,6 +26,10 @@ pub(crate) struct Placing<'a> {
     pub frames: &'a FrameSet,
     pub head: &'a GenericHead,
     pub known: &'a KnownHead,
+    /// The octave that is tracked in …
+    pub octave: Octave,
+    /// … and its lens.
+    pub camera: Camera,
     /// The head's skin as far as a camera may see it.
     pub triangles: &'a [[u32; 3]],
 }
@@ -44,8 +49,7 @@ impl<'a> Placing<'a> {
         let (Some(a), Some(b)) = (self.end(ends[0], faces[0])?, self.end(ends[1], faces[1])?) else { return nothing() };
         let options = SearchOptions::default();
         let surfaces = [&a, &b].map(|end| Surface::new(&end.positions, self.triangles));
-        let [view_a, view_b] =
-            [0, 1].map(|k| View::new(&surfaces[k], &self.known.camera, [&a, &b][k].known.cam_from_head));
+        let [view_a, view_b] = [0, 1].map(|k| View::new(&surfaces[k], &self.camera, [&a, &b][k].known.cam_from_head));
         let scenes = [Scene { skin: &a.skin, view: view_a }, Scene { skin: &b.skin, view: view_b }];
         let anchors = [take(&scenes[0], &options)?, take(&scenes[1], &options)?];
         let place = |frame: usize| {
@@ -58,7 +62,7 @@ impl<'a> Placing<'a> {
     fn end(&self, frame: usize, face: &Face) -> Result<Option<End<'a>>, FacewrightError> {
         let Some(known) = &self.known.frames[frame] else { return Ok(None) };
         let positions = self.head.with_expression(&self.known.positions, &known.expression);
-        let skin = TrackedSkin::of(self.frames.pyramid(frame)?, face);
+        let skin = TrackedSkin::of(self.frames.pyramid(frame, self.octave)?, &self.octave.face(face));
         Ok(Some(End { known, skin, positions }))
     }
 
@@ -70,10 +74,10 @@ impl<'a> Placing<'a> {
         anchors: &[Anchors; 2],
         options: &SearchOptions,
     ) -> Result<Option<KnownFrame>, FacewrightError> {
-        let skin = TrackedSkin::sought(self.frames.pyramid(frame)?, anchors[0].scene.skin.noise);
+        let skin = TrackedSkin::sought(self.frames.pyramid(frame, self.octave)?, anchors[0].scene.skin.noise);
         let positions = self.head.with_expression(&self.known.positions, &expected.expression);
         let surface = Surface::new(&positions, self.triangles);
-        let view = View::new(&surface, &self.known.camera, expected.cam_from_head);
+        let view = View::new(&surface, &self.camera, expected.cam_from_head);
         let scene = Scene { skin: &skin, view };
         let (mut places, mut seen) = (Vec::new(), Vec::new());
         for anchors in anchors {
@@ -83,7 +87,7 @@ impl<'a> Placing<'a> {
                 let stays = (surface.place(&seed.point) - place).norm() < MOVED;
                 if let Some(sighting) = sighting.filter(|s| stays && s.outcome.is_usable()) {
                     places.push(place);
-                    seen.push(self.known.camera.normalise(&sighting.pixel));
+                    seen.push(self.camera.normalise(&sighting.pixel));
                 }
             }
         }
@@ -92,7 +96,7 @@ impl<'a> Placing<'a> {
     }
 
     fn resect(&self, places: &[Vec3], seen: &[Vec2], expected: &Transform) -> Option<Transform> {
-        let camera = &self.known.camera;
+        let camera = &self.camera;
         let options = ResectOptions {
             threshold: threshold_px(&[*expected], camera) / camera.fx,
             min_inliers: FEWEST_POINTS,

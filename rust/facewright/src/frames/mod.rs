@@ -5,6 +5,7 @@
 //! never stands in memory as a whole.
 
 mod films;
+mod octave;
 mod store;
 mod straight;
 
@@ -12,6 +13,7 @@ use crate::FacewrightError;
 use films::Film;
 use geometry::Progress;
 use image::{DynamicImage, ImageDecoder, ImageReader, RgbImage, imageops};
+pub(crate) use octave::Octave;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
@@ -29,8 +31,6 @@ const FILM_DIAGONAL_MM: f64 = 43.267;
 const PICTURES_ROOM: usize = 24 << 20;
 /// … and for their pyramids.
 const PYRAMIDS_ROOM: usize = 128 << 20;
-/// Levels of the pyramids that are tracked in.
-const LEVELS: usize = 4;
 
 /// One picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -39,6 +39,13 @@ pub struct Frame {
     pub name: String,
     /// Where it is.
     pub path: PathBuf,
+}
+
+/// A pyramid as it was wanted.
+#[derive(Debug)]
+struct Halved {
+    octave: Octave,
+    pyramid: Arc<Pyramid>,
 }
 
 /// Frames of one camera, all of one size.
@@ -55,7 +62,7 @@ pub struct FrameSet {
     /// The films that the frames are of, one after the other.
     films: Vec<Film>,
     pictures: Store<RgbImage>,
-    pyramids: Store<Pyramid>,
+    pyramids: Store<Halved>,
     _decoded: Option<TempDir>,
 }
 
@@ -152,36 +159,33 @@ impl FrameSet {
             return Ok(picture);
         }
         let picture = self.load(i)?;
-        // Decoding costs more than the pyramid: what is looked at is tracked in as well.
-        self.keep_pyramid(i, &picture);
         let bytes = picture.as_raw().len();
         Ok(self.pictures.keep(i, picture, bytes))
     }
 
-    /// The grey levels of frame `i`, halved again and again.
-    pub fn pyramid(&self, i: usize) -> Result<Arc<Pyramid>, FacewrightError> {
-        if let Some(pyramid) = self.pyramids.get(i) {
-            return Ok(pyramid);
+    /// The grey levels of frame `i` in an octave, halved again and again.
+    pub(crate) fn pyramid(&self, i: usize, octave: Octave) -> Result<Arc<Pyramid>, FacewrightError> {
+        if let Some(halved) = self.pyramids.get(i).filter(|halved| halved.octave == octave) {
+            return Ok(halved.pyramid.clone());
         }
         match self.pictures.get(i) {
-            Some(picture) => Ok(self.keep_pyramid(i, &picture)),
-            None => Ok(self.keep_pyramid(i, &self.load(i)?)),
+            Some(picture) => Ok(self.keep_pyramid(i, &picture, octave)),
+            None => Ok(self.keep_pyramid(i, &self.load(i)?, octave)),
         }
+    }
+
+    /// Makes the pyramid of frame `i` while its picture is at hand: decoding costs more, and it will be tracked in as well.
+    pub(crate) fn keep_pyramid(&self, i: usize, picture: &RgbImage, octave: Octave) -> Arc<Pyramid> {
+        let pyramid = Arc::new(octave.pyramid(imageops::grayscale(picture)));
+        // The levels after the picture itself take two bytes for each of a third of its pixels.
+        let bytes = pyramid.picture().as_raw().len() * 5 / 3;
+        self.pyramids.keep(i, Halved { octave, pyramid: pyramid.clone() }, bytes);
+        pyramid
     }
 
     /// Lets go of the pyramids: nothing is tracked for now.
     pub(crate) fn forget_pyramids(&self) {
         self.pyramids.clear();
-    }
-
-    fn keep_pyramid(&self, i: usize, picture: &RgbImage) -> Arc<Pyramid> {
-        if let Some(pyramid) = self.pyramids.get(i) {
-            return pyramid;
-        }
-        let grey = imageops::grayscale(picture);
-        // The levels after the picture itself take two bytes for each of a third of its pixels.
-        let bytes = grey.as_raw().len() * 5 / 3;
-        self.pyramids.keep(i, Pyramid::sharing(Arc::new(grey), LEVELS), bytes)
     }
 }
 

@@ -9,7 +9,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// One kind of thing, at most one for each frame.
 #[derive(Debug)]
 pub struct Store<T> {
-    kept: Vec<Mutex<Option<Arc<T>>>>,
+    /// With the bytes it takes.
+    kept: Vec<Mutex<Option<(usize, Arc<T>)>>>,
     /// Bytes in all.
     capacity: usize,
     room: AtomicUsize,
@@ -21,28 +22,27 @@ impl<T> Store<T> {
         Self { kept: (0..frames).map(|_| Mutex::new(None)).collect(), capacity: bytes, room: AtomicUsize::new(bytes) }
     }
 
-    fn at(&self, frame: usize) -> MutexGuard<'_, Option<Arc<T>>> {
+    fn at(&self, frame: usize) -> MutexGuard<'_, Option<(usize, Arc<T>)>> {
         // Nothing panics between two states.
         self.kept[frame].lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// What is kept of a frame.
     pub fn get(&self, frame: usize) -> Option<Arc<T>> {
-        self.at(frame).clone()
+        self.at(frame).as_ref().map(|(_, made)| made.clone())
     }
 
-    /// Keeps what was made of a frame, `bytes` large, if there is room; gives back for use what is kept.
+    /// Keeps what was made of a frame, `bytes` large, instead of what was kept of it, if there is room; gives it back for use.
     pub fn keep(&self, frame: usize, made: T, bytes: usize) -> Arc<T> {
-        let mut kept = self.at(frame);
-        // Another thread may have been first.
-        kept.clone().unwrap_or_else(|| {
-            let made = Arc::new(made);
-            let take = |room: usize| room.checked_sub(bytes);
-            if self.room.fetch_update(Ordering::Relaxed, Ordering::Relaxed, take).is_ok() {
-                *kept = Some(made.clone());
-            }
-            made
-        })
+        let (mut kept, made) = (self.at(frame), Arc::new(made));
+        let before = kept.take().map_or(0, |(bytes, _)| bytes);
+        let take = |room: usize| (room + before).checked_sub(bytes);
+        if self.room.fetch_update(Ordering::Relaxed, Ordering::Relaxed, take).is_ok() {
+            *kept = Some((bytes, made.clone()));
+        } else {
+            self.room.fetch_add(before, Ordering::Relaxed);
+        }
+        made
     }
 
     /// Lets go of everything that nobody uses; there is room again.
@@ -64,7 +64,8 @@ mod tests {
         }
         assert_eq!([0, 1, 2].map(|frame| store.get(frame).is_some()), [true, true, false]);
         store.clear();
-        assert_eq!([store.keep(2, 7, 10), store.keep(2, 8, 10)], [Arc::new(7), Arc::new(7)]);
-        assert!(store.get(0).is_none());
+        store.keep(2, 7, 6);
+        store.keep(2, 8, 10);
+        assert_eq!((store.get(0), store.get(2)), (None, Some(Arc::new(8))));
     }
 }

@@ -9,6 +9,7 @@
 
 use super::{Measured, MeasuredFrame};
 use crate::faces::{Chosen, Clip, TrackedSkin, median, yaw_pitch};
+use crate::frames::Octave;
 use crate::reason::FrameReason;
 use crate::track::pair::{MatchOptions, paper_matches};
 use crate::{FacewrightError, SizeOptions, SourcedCamera};
@@ -146,7 +147,7 @@ fn two_frame_motion(
 ) -> Result<Transform, FacewrightError> {
     let skin = |image: &Image| -> Result<TrackedSkin, FacewrightError> {
         let face = clip.faces.face(image.index).ok_or(FacewrightError::NoFace { frames: 1 })?;
-        Ok(TrackedSkin::of(clip.frames.pyramid(image.index)?, face))
+        Ok(TrackedSkin::of(clip.frames.pyramid(image.index, Octave::default())?, face))
     };
     let [a, b] = [skin(images[0])?, skin(images[1])?];
     let pair = paper_matches([&a.pyramid, &b.pyramid], &a.mask, &MatchOptions::default())?;

@@ -18,7 +18,7 @@ mod tracks;
 mod valid;
 
 pub use pair::{MatchOptions, MatchedPair, Matches, match_pair};
-pub use search::{Anchors, Scene, Search, SearchOptions, Seed, Sighting, seeds};
+pub use search::{Anchors, Scene, Search, SearchOptions, Seed, Sighting, octave, seeds};
 pub(crate) use sequence::{Corners, track_head};
 pub use sequence::{TrackClipOptions, track};
 pub use surface::{Surface, View};

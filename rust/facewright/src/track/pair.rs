@@ -1,8 +1,9 @@
 //! Corners of the face matched between two frames (paper, sections 2.3 and 2.4; and ours).
 
 use crate::faces::{TrackedSkin, observation};
+use crate::frames::Octave;
 use crate::track::sequence::{check_points, check_window};
-use crate::track::{Anchors, Scene, Search, SearchOptions, Seed, Sighting, Surface, View, seeds};
+use crate::track::{Anchors, Scene, Search, SearchOptions, Seed, Sighting, Surface, View, octave, seeds};
 use crate::{Assets, CameraSource, FacewrightError, FrameSet, Method, Schema, SourcedCamera, camera::starting_camera};
 use clap::{ArgAction, Args};
 use geometry::{Camera, Progress, Vec2};
@@ -131,7 +132,7 @@ pub fn match_pair(
     options.validate()?;
     let frames = FrameSet::open(&[a.to_owned(), b.to_owned()], progress)?;
     let camera = starting_camera(&frames, camera)?;
-    let looks = [look(&frames, 0, assets)?, look(&frames, 1, assets)?];
+    let looks = looks(&frames, assets, options)?;
     let mut pair = match options.method {
         Method::Paper => paper_matches([&looks[0].skin.pyramid, &looks[1].skin.pyramid], &looks[0].skin.mask, options)?,
         Method::Default => head_matches(&looks, assets, &camera, options, progress)?,
@@ -189,12 +190,25 @@ pub fn paper_matches(
 struct Look {
     skin: TrackedSkin,
     seen: FrameObservation,
+    /// What the skin was taken in.
+    octave: Octave,
 }
 
-fn look(frames: &FrameSet, i: usize, assets: &Assets) -> Result<Look, FacewrightError> {
-    let picture = frames.picture(i)?;
-    let face = assets.landmarker.find(&picture)?.ok_or(FacewrightError::NoFace { frames: 1 })?;
-    Ok(Look { skin: TrackedSkin::of(frames.pyramid(i)?, &face), seen: observation(Some(&face)) })
+/// Both frames, in the octave of the larger face; the paper's windows, and those that are asked for, are the picture's.
+fn looks(frames: &FrameSet, assets: &Assets, options: &MatchOptions) -> Result<[Look; 2], FacewrightError> {
+    let face = |i: usize| {
+        let found = assets.landmarker.find(&*frames.picture(i)?)?;
+        found.ok_or(FacewrightError::NoFace { frames: 1 })
+    };
+    let faces = [face(0)?, face(1)?];
+    let eyes_px = faces[0].eye_distance().max(faces[1].eye_distance());
+    let is_free = options.method == Method::Default && options.window.is_none();
+    let octave = if is_free { octave(eyes_px) } else { Octave::default() };
+    let look = |i: usize| -> Result<Look, FacewrightError> {
+        let skin = TrackedSkin::of(frames.pyramid(i, octave)?, &octave.face(&faces[i]));
+        Ok(Look { skin, seen: observation(Some(&faces[i])), octave })
+    };
+    Ok([look(0)?, look(1)?])
 }
 
 /// Ours: the head that both frames' landmarks give predicts where each corner goes and how its surroundings are
@@ -219,9 +233,11 @@ fn head_matches(
     let [positions_a, positions_b] = positions;
     let (positions_a, positions_b) = (positions_a?, positions_b?);
     let triangles = head.outer_skin();
+    let octave = looks[0].octave;
+    let lens = octave.camera(&camera.camera);
     let surfaces = [Surface::new(&positions_a, &triangles), Surface::new(&positions_b, &triangles)];
     let scene = |i: usize| -> Result<Scene<'_>, FacewrightError> {
-        let view = View::new(&surfaces[i], &camera.camera, fitted(i)?.pose);
+        let view = View::new(&surfaces[i], &lens, fitted(i)?.pose);
         Ok(Scene { skin: &looks[i].skin, view })
     };
     let (from, to) = (scene(0)?, scene(1)?);
@@ -238,12 +254,19 @@ fn head_matches(
     let corners = search_options.corners(&from, options.points);
     let anchors = Anchors::take(&from, seeds(&from, &shared, &corners)?, &search_options)?;
     let found = anchors.search(&to, &search_options)?;
-    Ok(vote(&anchors.seeds, &found, &camera.camera, options))
+    Ok(vote(&anchors.seeds, &found, octave, &camera.camera, options))
 }
 
 /// Marks the matches that one motion of the head explains.
-fn vote(seeds: &[Seed], found: &Search, camera: &Camera, options: &MatchOptions) -> MatchedPair {
-    let seen = seeds.iter().zip(&found.sightings).filter_map(|(seed, sighting)| Some((seed.pixel, (*sighting)?)));
+fn vote(seeds: &[Seed], found: &Search, octave: Octave, camera: &Camera, options: &MatchOptions) -> MatchedPair {
+    let outside = |s: Sighting| Sighting {
+        tracked: s.tracked.map(|at| octave.outside(&at)),
+        pixel: octave.outside(&s.pixel),
+        sigma_px: octave.factor() * s.sigma_px,
+        ..s
+    };
+    let seen = seeds.iter().zip(&found.sightings);
+    let seen = seen.filter_map(|(seed, sighting)| Some((octave.outside(&seed.pixel), outside((*sighting)?))));
     let (pixels, mut sightings): (Vec<Vec2>, Vec<Sighting>) = seen.unzip();
     let usable: Vec<usize> = (0..pixels.len()).filter(|&i| sightings[i].outcome.is_usable()).collect();
     let a: Vec<Vec2> = usable.iter().map(|&i| camera.normalise(&pixels[i])).collect();

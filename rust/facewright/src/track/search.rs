@@ -6,6 +6,7 @@
 use super::surface::{SkinPoint, View};
 use crate::FacewrightError;
 use crate::faces::TrackedSkin;
+use crate::frames::Octave;
 use geometry::Vec2;
 use image::GrayImage;
 use nalgebra::Matrix2;
@@ -21,6 +22,16 @@ pub const FINEST_PX: f64 = 0.05;
 const LEAST_SCORE: f64 = 0.3;
 /// Least texture beyond noise that is tracked, squared grey levels per pixel.
 const LEAST_TEXTURE: f64 = 0.3;
+
+/// Side of a patch as part of the distance between the eyes.
+const PATCH: f64 = 0.22;
+/// Least and largest side of a patch, pixels.
+const SIDES: [usize; 2] = [9, 31];
+
+/// The octave in which a face is tracked, by the distance between its eyes, pixels: the first in which its patches are not too large.
+pub fn octave(eyes_px: f64) -> Octave {
+    Octave::bringing(PATCH * eyes_px, SIDES[1] as f64)
+}
 
 /// How points are chosen and sought.
 #[derive(Clone, Debug)]
@@ -39,7 +50,7 @@ pub struct SearchOptions {
 
 impl Default for SearchOptions {
     fn default() -> Self {
-        Self { patch: 0.22, window: None, levels: 2, max_slant_deg: 68.0, correct: true }
+        Self { patch: PATCH, window: None, levels: 2, max_slant_deg: 68.0, correct: true }
     }
 }
 
@@ -47,7 +58,7 @@ impl SearchOptions {
     /// Window of the tracker, odd pixels, in proportion to the face unless it was given.
     pub fn window(&self, view: &View) -> usize {
         let eyes = 0.063 * view.camera.fx / view.cam_from_head.translation.z.max(1e-3);
-        self.window.unwrap_or((((self.patch * eyes).round() as usize) | 1).clamp(9, 31))
+        self.window.unwrap_or((((self.patch * eyes).round() as usize) | 1).clamp(SIDES[0], SIDES[1]))
     }
 
     /// The tracker of patches of a frame.

@@ -13,11 +13,12 @@ use super::surface::{SkinPoint, Surface, View};
 use super::{FrameTracks, PointObservation, PointTrack, Tracks};
 use crate::camera::starting_camera;
 use crate::faces::{Clip, KnownHead, SelectOptions, TrackedSkin, candidates, judge_all, yaw_pitch};
+use crate::frames::Octave;
 use crate::reason::{FrameReason, Told};
 use crate::{Assets, CameraSource, FacewrightError, FrameSet, Given, Method, Schema, SizeOptions, SourcedCamera};
 use clap::Args;
 use geometry::mesh::at_barycentric;
-use geometry::{Progress, Transform, Vec2, Vec3};
+use geometry::{Camera, Progress, Transform, Vec2, Vec3};
 use head::fit::eye_centres;
 use image::{GrayImage, Luma};
 use rayon::prelude::*;
@@ -146,6 +147,10 @@ pub(super) struct Sequence<'a> {
     corners: Corners,
     known: &'a KnownHead,
     triangles: Vec<[u32; 3]>,
+    /// What is tracked in: places found are the octave's until they are reported …
+    octave: Octave,
+    /// … and its lens.
+    camera: Camera,
     pub search: SearchOptions,
     /// How good each frame is to choose points in, or why it is not.
     quality: Vec<Result<f64, FrameReason>>,
@@ -179,8 +184,12 @@ impl<'a> Sequence<'a> {
     ) -> Result<Self, FacewrightError> {
         let search = SearchOptions { window: options.window, ..SearchOptions::default() };
         let quality = judge_all(&candidates(clip), &SelectOptions::default());
+        // The paper's windows, and those that are asked for, are the picture's.
+        let is_free = options.method == Method::Default && options.window.is_none();
+        let octave = if is_free { clip.octave } else { Octave::default() };
+        let (camera, triangles) = (octave.camera(&known.camera), clip.head.outer_skin());
         let mut sequence =
-            Self { clip, options, corners, known, triangles: clip.head.outer_skin(), search, quality, noise: 0.0 };
+            Self { clip, options, corners, known, triangles, octave, camera, search, quality, noise: 0.0 };
         if let Some(&first) = sequence.references()?.first() {
             sequence.noise = sequence.shoot(first)?.map_or(0.0, |shot| shot.skin.noise);
         }
@@ -192,9 +201,9 @@ impl<'a> Sequence<'a> {
         self.clip.frames.len()
     }
 
-    /// Part of the face that a pixel of a frame shows.
+    /// Part of the face that a pixel of the octave shows in a frame.
     pub fn region(&self, index: usize, pixel: &Vec2) -> super::Region {
-        self.clip.faces.face(index).map_or(super::Region::Skin, |face| region(face, pixel))
+        self.clip.faces.face(index).map_or(super::Region::Skin, |face| region(face, &self.octave.outside(pixel)))
     }
 
     /// Where a place of the skin is when the face is at rest, head frame, metres.
@@ -205,9 +214,9 @@ impl<'a> Sequence<'a> {
     /// Reads a frame; `None` where the head is not known to be.
     pub fn shoot(&self, index: usize) -> Result<Option<Shot>, FacewrightError> {
         let Some(known) = &self.known.frames[index] else { return Ok(None) };
-        let pyramid = self.clip.frames.pyramid(index)?;
+        let pyramid = self.clip.frames.pyramid(index, self.octave)?;
         let skin = match self.clip.faces.face(index) {
-            Some(face) => TrackedSkin::of(pyramid, face),
+            Some(face) => TrackedSkin::of(pyramid, &self.octave.face(face)),
             None => TrackedSkin::sought(pyramid, self.noise),
         };
         let positions = match self.corners {
@@ -279,7 +288,7 @@ impl<'a> Sequence<'a> {
     }
 
     pub fn scene<'s>(&'s self, shot: &'s Shot, surface: &'s Surface<'s>) -> Scene<'s> {
-        Scene { skin: &shot.skin, view: View::new(surface, &self.known.camera, shot.pose) }
+        Scene { skin: &shot.skin, view: View::new(surface, &self.camera, shot.pose) }
     }
 
     /// Corners of each reference frame, beside the points of those before it or not.
@@ -352,7 +361,10 @@ impl<'a> Sequence<'a> {
 
     /// The tracks as they are written.
     fn report(&self, camera: SourcedCamera, window: usize, findings: &Findings) -> Tracks {
-        let tracks: Vec<PointTrack> = findings.tracks(self.clip.frames.fewest_sightings());
+        let mut tracks: Vec<PointTrack> = findings.tracks(self.clip.frames.fewest_sightings());
+        for o in tracks.iter_mut().flat_map(|track| &mut track.observations) {
+            (o.pixel, o.sigma_px) = (self.octave.outside(&o.pixel), self.octave.factor() * o.sigma_px);
+        }
         let mut counts = vec![0; self.len()];
         tracks.iter().flat_map(|t| &t.observations).for_each(|o| counts[o.frame] += 1);
         let frame = |i: usize| {
@@ -372,7 +384,7 @@ impl<'a> Sequence<'a> {
             method: self.options.method,
             camera,
             interocular: eye_centres(self.clip.head, &self.known.positions).map(|[a, b]| (a - b).norm()),
-            window,
+            window: window * self.octave.factor() as usize,
             frames: (0..self.len()).map(frame).collect(),
             tracks,
             warnings: self.clip.faces.warnings(),

@@ -108,6 +108,11 @@ impl Pyramid {
         &self.levels[0]
     }
 
+    /// The smallest level.
+    pub fn coarsest(&self) -> &Level {
+        &self.levels[self.levels.len() - 1]
+    }
+
     /// The picture itself.
     pub fn picture(&self) -> &GrayImage {
         &self.picture
@@ -123,6 +128,12 @@ impl Level {
     /// Height, pixels.
     pub fn height(&self) -> usize {
         self.height
+    }
+
+    /// Rounded to whole grey levels.
+    pub fn picture(&self) -> GrayImage {
+        let grey = |x: u32, y: u32| image::Luma([self.grey(x as usize, y as usize).round() as u8]);
+        GrayImage::from_fn(self.width as u32, self.height as u32, grey)
     }
 
     /// Whether a position is at least `margin` pixels inside the outermost pixel centres; never true of NaN.
