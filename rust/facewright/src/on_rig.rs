@@ -31,6 +31,24 @@ pub struct RigFrames {
 /// [`FacewrightError::OtherCamera`] for frames of another size, [`FacewrightError::RigPictures`] for films of different lengths,
 /// [`FacewrightError::RigMoments`] for films of other moments, [`FacewrightError::RigNarrow`] for cameras that see no depth;
 /// [`FacewrightError::Option`] for the paper's method, which knows of one camera, and for a known size.
+///
+/// # Examples
+/// ```no_run
+/// use facewright::{Assets, CalibratedRig, FrameSet, ReconstructOptions, RigFrames, reconstruct_on_rig};
+/// use geometry::Progress;
+/// use std::path::Path;
+///
+/// let progress = Progress::new();
+/// let rig = CalibratedRig::read(Path::new("rig.json"))?;
+/// let mut clips = Vec::new();
+/// for camera in ["left", "right"] {
+///     clips.push(RigFrames { camera: camera.to_owned(), frames: FrameSet::open(&[camera.into()], &progress)? });
+/// }
+/// let assets = Assets::load(&Assets::default_folder())?;
+/// let head = reconstruct_on_rig(&clips, &rig, &assets, &ReconstructOptions::default(), &progress)?;
+/// head.write(Path::new("out"))?;
+/// # Ok::<(), facewright::FacewrightError>(())
+/// ```
 pub fn reconstruct_on_rig(
     films: &[RigFrames],
     rig: &CalibratedRig,

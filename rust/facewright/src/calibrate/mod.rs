@@ -154,6 +154,21 @@ pub struct CalibratedCamera {
 }
 
 /// Calibrates a camera by Zhang's method from pictures of a board.
+///
+/// # Examples
+/// ```no_run
+/// use facewright::{BoardOptions, CalibrateOptions, FrameSet, calibrate, write_json};
+/// use geometry::Progress;
+/// use std::path::Path;
+///
+/// let progress = Progress::new();
+/// let pictures = FrameSet::open(&["boards".into()], &progress)?;
+/// let board = BoardOptions { inner: vec![(9, 6).into()], square_mm: 25.5, ..BoardOptions::default() };
+/// let camera = calibrate(&pictures, &CalibrateOptions { board, ..CalibrateOptions::default() }, &progress)?;
+/// println!("reprojection error {:.3} px", camera.rms_px);
+/// write_json(Path::new("camera.json"), &camera)?;
+/// # Ok::<(), facewright::FacewrightError>(())
+/// ```
 pub fn calibrate(
     pictures: &FrameSet,
     options: &CalibrateOptions,

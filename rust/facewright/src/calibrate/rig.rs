@@ -87,6 +87,22 @@ impl CalibratedRig {
 }
 
 /// Calibrates several cameras and where they stand to each other, from pictures of one board taken at the same moments.
+///
+/// # Examples
+/// ```no_run
+/// use facewright::{CalibrateOptions, FrameSet, RigInput, calibrate_rig};
+/// use geometry::Progress;
+/// use std::path::Path;
+///
+/// let progress = Progress::new();
+/// let mut cameras = Vec::new();
+/// for name in ["left", "right"] {
+///     cameras.push(RigInput { name: name.to_owned(), pictures: FrameSet::open(&[name.into()], &progress)? });
+/// }
+/// let rig = calibrate_rig(&cameras, &CalibrateOptions::default(), &progress)?;
+/// rig.write(Path::new("rig.json"))?;
+/// # Ok::<(), facewright::FacewrightError>(())
+/// ```
 pub fn calibrate_rig(
     cameras: &[RigInput],
     options: &CalibrateOptions,

@@ -67,6 +67,24 @@ pub struct MotionOptions {
 ///   [`FacewrightError::NoPupils`]: what was given beside the tracks does not fit.
 /// - [`FacewrightError::TooFewUsable`], [`motion::MotionError`]: tracks and poses do not fit together.
 /// - [`FacewrightError::Cancelled`].
+///
+/// # Examples
+/// ```no_run
+/// use facewright::{MotionOptions, Tracks, solve_motion};
+/// use geometry::Progress;
+/// use std::path::Path;
+///
+/// let tracks = Tracks::read(Path::new("tracks.json"))?;
+/// let motion = solve_motion(&tracks, None, &MotionOptions::default(), &Progress::new())?;
+/// for frame in &motion.frames {
+///     match &frame.cam_from_head {
+///         Some(pose) => println!("{}: the head is {:.3} m away", frame.name, pose.translation.norm()),
+///         None => println!("{}: {}", frame.name, frame.reason),
+///     }
+/// }
+/// motion.write(Path::new("motion.json"))?;
+/// # Ok::<(), facewright::FacewrightError>(())
+/// ```
 pub fn solve_motion(
     tracks: &Tracks,
     camera: Option<&SourcedCamera>,

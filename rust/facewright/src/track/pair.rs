@@ -104,6 +104,20 @@ pub struct Matches {
 }
 
 /// Matches corners of the face between two frames.
+///
+/// # Examples
+/// ```no_run
+/// use facewright::{Assets, MatchOptions, match_pair, write_json};
+/// use geometry::Progress;
+/// use std::path::Path;
+///
+/// let (a, b) = (Path::new("frame_010.png"), Path::new("frame_014.png"));
+/// let assets = Assets::load(&Assets::default_folder())?;
+/// let matches = match_pair(a, b, None, &assets, &MatchOptions::default(), &Progress::new())?;
+/// println!("{} matches kept", matches.pairs[0].kept().count());
+/// write_json(Path::new("matches.json"), &matches)?;
+/// # Ok::<(), facewright::FacewrightError>(())
+/// ```
 pub fn match_pair(
     a: &Path,
     b: &Path,

@@ -73,6 +73,24 @@ impl TrackClipOptions {
 }
 
 /// Tracks points of the face through a sequence. Frames are in the order of time; of what is given, camera and faces count.
+///
+/// # Examples
+/// ```no_run
+/// use facewright::{Assets, Faces, FrameSet, Given, TrackClipOptions, track};
+/// use geometry::Progress;
+/// use std::path::Path;
+///
+/// let progress = Progress::new();
+/// let frames = FrameSet::open(&["clip.mp4".into()], &progress)?;
+/// let assets = Assets::load(&Assets::default_folder())?;
+/// let given = Given { faces: Some(Faces::read(Path::new("faces.json"))?), ..Given::default() };
+/// let tracks = track(&frames, &assets, &given, &TrackClipOptions::default(), &progress)?;
+/// for point in &tracks.tracks {
+///     println!("point {} was found in {} frames", point.id, point.observations.len());
+/// }
+/// tracks.write(Path::new("tracks.json"))?;
+/// # Ok::<(), facewright::FacewrightError>(())
+/// ```
 pub fn track(
     frames: &FrameSet,
     assets: &Assets,
