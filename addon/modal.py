@@ -158,7 +158,7 @@ class ClipOperator:
         """The clip that is named, or that of the editor."""
         clip = bpy.data.movieclips.get(self.clip) if self.clip else clip_of(context)
         if clip is None:
-            none = f"there is no movie clip {self.clip}" if self.clip else "no movie clip is shown"
+            none = f"there is no movie clip named {self.clip}" if self.clip else "no movie clip is open"
             raise FacewrightError(f"{none}: open it in the Clip editor")
         return clip
 
@@ -173,7 +173,7 @@ def redraw(context: bpy.types.Context) -> None:
 def idle(operator: type[bpy.types.Operator]) -> bool:
     """Whether nothing runs; tells the artist otherwise."""
     if Running.active:
-        operator.poll_message_set("Facewright is at work: wait, or press Esc")
+        operator.poll_message_set("Facewright is already working: wait, or press Esc")
         return False
     return True
 
@@ -219,7 +219,7 @@ def time_left(seconds: float | None) -> str:
 
 
 def draw_pupils(layout: bpy.types.UILayout, person: bpy.types.PropertyGroup) -> None:
-    """The measured distance of the pupils, in a layout that splits properties."""
+    """The measured interpupillary distance, in a layout that splits properties."""
     row = layout.row(heading="Pupils (mm)")
     row.prop(person, "use_interocular", text="")
     value = row.row()

@@ -22,7 +22,7 @@ class FACEWRIGHT_OT_calibrate(WorkOperator, bpy.types.Operator):
     files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"SKIP_SAVE", "HIDDEN"})
     filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE", "HIDDEN"})
     clip: bpy.props.StringProperty(
-        name="Movie Clip", description="A movie clip of this file that shows the board", options={"SKIP_SAVE", "HIDDEN"}
+        name="Movie Clip", description="A movie clip in this file that shows the board", options={"SKIP_SAVE", "HIDDEN"}
     )
     filter_image: bpy.props.BoolProperty(default=True, options={"HIDDEN", "SKIP_SAVE"})
     filter_movie: bpy.props.BoolProperty(default=False, options={"HIDDEN", "SKIP_SAVE"})
@@ -155,7 +155,7 @@ class FACEWRIGHT_OT_save_board(FileOperator, bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_show_boards(bpy.types.Operator):
-    """Put the camera and the boards into the scene as they were when they were photographed"""
+    """Add the camera and the boards to the scene, posed as they were when photographed"""
 
     bl_idname = "facewright.show_boards"
     bl_label = "Show Boards"
@@ -171,7 +171,7 @@ class FACEWRIGHT_OT_show_boards(bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_remove_boards(bpy.types.Operator):
-    """Take the calibrated camera and the boards out of the scene again"""
+    """Remove the calibrated camera and the boards from the scene"""
 
     bl_idname = "facewright.remove_boards"
     bl_label = "Remove Boards"
@@ -190,9 +190,9 @@ class FACEWRIGHT_OT_remove_boards(bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_set_scene_camera(bpy.types.Operator):
-    """Give the scene's camera the calibrated focal length and principal point, and the render the picture's size.
+    """Set the scene camera to the calibrated focal length and principal point, and the render to the picture's size.
 
-    Renders have no lens distortion: they fit undistorted footage"""
+    Renders have no lens distortion: they match undistorted footage"""
 
     bl_idname = "facewright.set_scene_camera"
     bl_label = "Set Scene Camera"
@@ -212,7 +212,7 @@ class FACEWRIGHT_OT_set_scene_camera(bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_set_clip_lens(bpy.types.Operator):
-    """Give a movie clip the calibrated camera with its lens distortion, for tracking and undistortion"""
+    """Set a movie clip's lens to the calibrated camera with its distortion, for tracking and undistortion"""
 
     bl_idname = "facewright.set_clip_lens"
     bl_label = "Set Clip Lens"
@@ -225,7 +225,7 @@ class FACEWRIGHT_OT_set_clip_lens(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if not bpy.data.movieclips:
-            cls.poll_message_set("Open the movie clip that this camera filmed first")
+            cls.poll_message_set("First open the movie clip that this camera filmed")
             return False
         return has_camera(cls, context)
 
@@ -245,7 +245,7 @@ class FACEWRIGHT_OT_set_clip_lens(bpy.types.Operator):
         if scene_camera.has_square_pixels(camera):
             self.report({"INFO"}, f"{clip.name} has {clip.tracking.camera.focal_length_pixels:.1f} px")
         else:
-            sentence = "its pixels are not square: Blender solves with that, but undistorts as if they were"
+            sentence = "its pixels are not square: Blender allows for that when solving, but not when undistorting"
             self.report({"WARNING"}, f"{clip.name} has the lens; {sentence}")
         return {"FINISHED"}
 
@@ -271,6 +271,6 @@ def has_boards(operator: type[bpy.types.Operator], context: bpy.types.Context) -
     if not has_camera(operator, context):
         return False
     if not any(picture.used for picture in context.scene.facewright_camera.pictures):
-        operator.poll_message_set("This camera file does not tell of boards: calibrate, or open one that does")
+        operator.poll_message_set("This camera file lists no boards: calibrate, or open one that does")
         return False
     return True

@@ -19,16 +19,16 @@ class TrackedClipOperator(ClipOperator):
 
 
 class FACEWRIGHT_OT_motion(TrackedClipOperator, WorkOperator, bpy.types.Operator):
-    """Find from the face's tracks how the camera moves about the head, and the points' places on it.
+    """Solve the face's tracks for the motion of the camera around the head, and for the points on it.
 
-    A second run brings camera, head and points of the first up to date"""
+    A second run updates the camera, head and points of the first"""
 
     bl_idname = "facewright.motion"
     bl_label = "Solve Motion"
     # Not REGISTER: the redo panel would run it all again, blocking, at every change.
     bl_options = {"UNDO"}
 
-    clip: bpy.props.StringProperty(name="Movie Clip", description="The tracked one if empty", options={"SKIP_SAVE"})
+    clip: bpy.props.StringProperty(name="Movie Clip", description="If empty, the tracked one", options={"SKIP_SAVE"})
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -51,7 +51,7 @@ class FACEWRIGHT_OT_open_motion(TrackedClipOperator, FileOperator, bpy.types.Ope
     bl_label = "Open Motion"
     bl_options = {"REGISTER", "UNDO"}
 
-    clip: bpy.props.StringProperty(name="Movie Clip", description="The tracked one if empty", options={"SKIP_SAVE"})
+    clip: bpy.props.StringProperty(name="Movie Clip", description="If empty, the tracked one", options={"SKIP_SAVE"})
     filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
     filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
 
@@ -83,7 +83,7 @@ class FACEWRIGHT_OT_save_motion(FileOperator, bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_remove_motion(bpy.types.Operator):
-    """Take camera, head and points of the motion out of the scene; your own objects stay"""
+    """Remove the motion's camera, head and points from the scene; your own objects stay"""
 
     bl_idname = "facewright.remove_motion"
     bl_label = "Remove Motion"
@@ -99,7 +99,7 @@ class FACEWRIGHT_OT_remove_motion(bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_look_through(bpy.types.Operator):
-    """Look through the camera of the present frame: it becomes the scene's, and renders get the clip's size"""
+    """Look through the camera of the current frame: it becomes the scene camera, and renders get the clip's size"""
 
     bl_idname = "facewright.look_through"
     bl_label = "Look Through"
@@ -123,13 +123,13 @@ class FACEWRIGHT_OT_look_through(bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_length_from_selection(TrackedClipOperator, bpy.types.Operator):
-    """Let the measured length go between the two tracks that are selected in the Clip editor"""
+    """Use the two tracks selected in the Clip editor as the ends of the measured length"""
 
     bl_idname = "facewright.length_from_selection"
     bl_label = "Selected Tracks"
     bl_options = {"REGISTER", "UNDO"}
 
-    clip: bpy.props.StringProperty(name="Movie Clip", description="The tracked one if empty", options={"SKIP_SAVE"})
+    clip: bpy.props.StringProperty(name="Movie Clip", description="If empty, the tracked one", options={"SKIP_SAVE"})
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

@@ -9,7 +9,7 @@ from . import actions
 
 
 class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
-    """Make the head of the person in the clip"""
+    """Reconstruct the head of the person in the clip"""
 
     bl_idname = "facewright.reconstruct"
     bl_label = "Reconstruct Face"
@@ -18,7 +18,8 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
 
     output: bpy.props.StringProperty(
         name="Result Folder",
-        description="Also write head.glb, texture.png, eyes.png and report.json here; the scene's own folder if empty",
+        description="Also write head.glb, texture.png, eyes.png and report.json here; "
+        "if empty, to the scene's own result folder",
         subtype="DIR_PATH",
         options={"SKIP_SAVE"},
     )

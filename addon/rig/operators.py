@@ -10,7 +10,7 @@ from . import actions
 
 
 class FACEWRIGHT_OT_add_rig_folder(bpy.types.Operator):
-    """Add a camera by the folder of its pictures of the board"""
+    """Add a camera, given the folder of its pictures of the board"""
 
     bl_idname = "facewright.add_rig_folder"
     bl_label = "Add Camera"
@@ -34,13 +34,13 @@ class FACEWRIGHT_OT_add_rig_folder(bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_remove_rig_folder(bpy.types.Operator):
-    """Take this camera off the list; its pictures stay"""
+    """Remove this camera from the list; its pictures stay"""
 
     bl_idname = "facewright.remove_rig_folder"
     bl_label = "Remove Camera"
     bl_options = {"REGISTER", "UNDO"}
 
-    index: bpy.props.IntProperty(name="Camera", description="Its place in the list", min=0, options={"SKIP_SAVE"})
+    index: bpy.props.IntProperty(name="Camera", description="Its position in the list", min=0, options={"SKIP_SAVE"})
 
     def execute(self, context: bpy.types.Context) -> Result:
         folders = context.scene.facewright_rig.folders
@@ -51,7 +51,7 @@ class FACEWRIGHT_OT_remove_rig_folder(bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_calibrate_rig(WorkOperator, bpy.types.Operator):
-    """Calibrate all cameras at once, and where they stand, from pictures of one board at the same moments"""
+    """Calibrate all cameras and their poses together, from pictures of one board taken at the same moments"""
 
     bl_idname = "facewright.calibrate_rig"
     bl_label = "Calibrate Rig"
@@ -60,7 +60,7 @@ class FACEWRIGHT_OT_calibrate_rig(WorkOperator, bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if len(context.scene.facewright_rig.folders) < actions.FEWEST:
-            cls.poll_message_set("Add the folders of two cameras or more first")
+            cls.poll_message_set("First add the folders of two or more cameras")
             return False
         return idle(cls)
 
@@ -108,7 +108,7 @@ class FACEWRIGHT_OT_save_rig(FileOperator, bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_forget_rig(bpy.types.Operator):
-    """Take the rig out of the scene; the camera that was chosen stays"""
+    """Remove the rig from the scene; the chosen camera stays"""
 
     bl_idname = "facewright.forget_rig"
     bl_label = "Forget Rig"

@@ -11,14 +11,14 @@ from . import actions
 class FACEWRIGHT_OT_track(ClipOperator, WorkOperator, bpy.types.Operator):
     """Track points of the face through the clip, as markers that can be edited.
 
-    A second run replaces the tracks of the first, but those that were locked or edited"""
+    A second run replaces the tracks of the first, except those that were locked or edited"""
 
     bl_idname = "facewright.track"
     bl_label = "Track Face"
     # Not REGISTER: the redo panel would run it all again, blocking, at every change.
     bl_options = {"UNDO"}
 
-    clip: bpy.props.StringProperty(name="Movie Clip", description="The editor's if empty", options={"SKIP_SAVE"})
+    clip: bpy.props.StringProperty(name="Movie Clip", description="If empty, the editor's clip", options={"SKIP_SAVE"})
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -42,7 +42,7 @@ class FACEWRIGHT_OT_open_tracks(ClipOperator, FileOperator, bpy.types.Operator):
     bl_label = "Open Tracks"
     bl_options = {"REGISTER", "UNDO"}
 
-    clip: bpy.props.StringProperty(name="Movie Clip", description="The editor's if empty", options={"SKIP_SAVE"})
+    clip: bpy.props.StringProperty(name="Movie Clip", description="If empty, the editor's clip", options={"SKIP_SAVE"})
     filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
     filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
 
@@ -55,13 +55,13 @@ class FACEWRIGHT_OT_open_tracks(ClipOperator, FileOperator, bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_save_tracks(ClipOperator, FileOperator, bpy.types.Operator):
-    """Save the face's tracks as they are now as tracks.json, for the command line"""
+    """Save the face's tracks in their current state as tracks.json, for the command line"""
 
     bl_idname = "facewright.save_tracks"
     bl_label = "Save Tracks"
     bl_options = {"REGISTER"}
 
-    clip: bpy.props.StringProperty(name="Movie Clip", description="The editor's if empty", options={"SKIP_SAVE"})
+    clip: bpy.props.StringProperty(name="Movie Clip", description="If empty, the editor's clip", options={"SKIP_SAVE"})
     filepath: bpy.props.StringProperty(subtype="FILE_PATH", default="tracks.json", options={"SKIP_SAVE"})
     filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
     check_existing: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
@@ -75,13 +75,13 @@ class FACEWRIGHT_OT_save_tracks(ClipOperator, FileOperator, bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_remove_tracks(ClipOperator, bpy.types.Operator):
-    """Take the face's tracks out of the clip; your own and those that are locked stay"""
+    """Remove the face's tracks from the clip; your own and locked ones stay"""
 
     bl_idname = "facewright.remove_tracks"
     bl_label = "Remove Tracks"
     bl_options = {"REGISTER", "UNDO"}
 
-    clip: bpy.props.StringProperty(name="Movie Clip", description="The editor's if empty", options={"SKIP_SAVE"})
+    clip: bpy.props.StringProperty(name="Movie Clip", description="If empty, the editor's clip", options={"SKIP_SAVE"})
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

@@ -59,7 +59,7 @@ pub fn find_faces(frames: Vec<PathBuf>, assets: AssetsArgument<'_>, camera: Opti
 
 /// Track points of the face through image files, folders or videos; the job's result is Tracks.
 ///
-/// `camera` is a Camera, `faces` are those found before, or the texts of their files; without a camera the focal length is
+/// `camera` is a Camera, `faces` are those already found, or the texts of their files; without a camera the focal length is
 /// estimated. `options` or further keywords are those of TrackOptions.
 #[pyfunction]
 #[pyo3(signature = (frames, *, assets, camera = None, faces = None, options = None, **fields))]
@@ -80,7 +80,7 @@ pub fn track(
     })
 }
 
-/// Solve for the head's pose in every frame and the places of its points; the job's result is a Motion.
+/// Solve for the head's pose in every frame and the positions of its points; the job's result is a Motion.
 ///
 /// `tracks` are Tracks, `camera` a Camera to take instead of theirs, or the texts of their files. `options` or further
 /// keywords are those of MotionOptions; `lengths` are (number of a track, number of another, millimetres between them).
@@ -99,7 +99,7 @@ pub fn motion(
     })
 }
 
-/// Solve for the motion that the first film shows; the places of the rig's cameras give its size.
+/// Solve for the motion that the first clip shows; the poses of the rig's cameras give its size.
 ///
 /// `films` are names of the rig's cameras with the Tracks of the film each took at the same moments, `rig` is a Rig; texts of
 /// their files will do. The job's result is a Motion.
@@ -111,7 +111,7 @@ pub fn motion_on_rig(films: Vec<(String, Or<Tracks>)>, rig: Or<Rig>) -> PyResult
 
 /// Reconstruct the head in image files, folders or videos; the job's result is a Reconstruction.
 ///
-/// `camera`, `faces`, `tracks` and `motion` of the same frames, or the texts of their files: what is given is not found anew. `options` or further keywords are those of ReconstructOptions.
+/// `camera`, `faces`, `tracks` and `motion` of the same frames, or the texts of their files: what is given is not computed again. `options` or further keywords are those of ReconstructOptions.
 #[pyfunction]
 #[pyo3(signature = (frames, *, assets, camera = None, faces = None, tracks = None, motion = None, options = None, **fields))]
 pub fn reconstruct(

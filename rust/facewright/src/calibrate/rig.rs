@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Why a picture was found and not used.
-const ELSEWHERE: &str = "it shows the board elsewhere than the others, as if taken at another moment";
+const ELSEWHERE: &str = "it shows the board in a different place than the others do, as if taken at another moment";
 
 /// Why there is no picture of a moment.
 const NO_PICTURE: &str = "no picture of this moment";

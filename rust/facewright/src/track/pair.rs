@@ -27,19 +27,19 @@ pub struct MatchOptions {
     /// Chain of steps
     #[arg(long, value_enum, default_value_t)]
     pub method: Method,
-    /// Corners at most
+    /// Number of corners at most
     #[arg(long, default_value_t = Self::default().points)]
     pub points: usize,
-    /// Window of the tracker, pixels, odd (default: 7 for the paper's method, else in proportion to the face)
+    /// Window of the tracker, pixels, odd (default: 7 for the paper's method, otherwise in proportion to the face)
     #[arg(long)]
     pub window: Option<usize>,
-    /// Pyramid levels of the tracker (default: 4 for the paper's method, else 2)
+    /// Pyramid levels of the tracker (default: 4 for the paper's method, otherwise 2)
     #[arg(long)]
     pub levels: Option<usize>,
     /// Leave the matches as the tracker found them
     #[arg(long = "no-correction", action = ArgAction::SetFalse)]
     pub correct: bool,
-    /// Farthest that a kept match may lie from its epipolar line, pixels; only with the default method
+    /// Largest distance of a kept match from its epipolar line, pixels; only with the default method
     #[arg(long, default_value_t = Self::default().epipolar_px)]
     pub epipolar_px: f64,
 }

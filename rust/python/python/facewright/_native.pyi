@@ -19,7 +19,7 @@ class _Options:
 
 @dataclass(frozen=True, kw_only=True)
 class BoardOptions(_Options):
-    """A board that is filmed: a checkerboard of inner corners (columns, rows), or separate black squares."""
+    """The board that was filmed: a checkerboard of inner corners (columns, rows), or separate black squares."""
 
     inner: Grid | Sequence[Grid] = ((9, 6),)
     squares: Grid | None = None
@@ -28,7 +28,7 @@ class BoardOptions(_Options):
 
 @dataclass(frozen=True, kw_only=True)
 class SheetOptions(BoardOptions):
-    """What :func:`save_board` prints, and on what."""
+    """What :func:`save_board` prints, and on which paper."""
 
     page: Literal["A4", "A3", "Letter"] = "A4"
     mark: bool = True
@@ -84,9 +84,9 @@ class ReconstructOptions(MotionOptions):
     texture_size: int = 2048
 
 class Assets:
-    """The generic head and the landmark nets of a folder, read when a job first needs them and kept for all others.
+    """The generic head and the landmark nets in a folder, read when a job first needs them and kept for later ones.
 
-    It is taken wherever `assets=` is, from any thread.
+    Pass it as `assets=`, from any thread.
     """
 
     def __init__(self, folder: Path) -> None: ...
@@ -95,38 +95,38 @@ class Assets:
         """The folder of generic_head.safetensors.gz and nets/."""
 
 class Command:
-    """A command line that was read: the command's word, its files and options."""
+    """A command line that was parsed: the command's name, its files and options."""
 
     @property
     def name(self) -> str:
-        """The command's word, like "track"."""
+        """The command's name, like "track"."""
     @property
     def files(self) -> dict[str, Any]:
-        """What it reads and writes, by the names that the help has: paths as text, None where nothing was given."""
+        """What it reads and writes, under the names in the help: paths as text, None where nothing was given."""
     @property
     def options(self) -> Any:
         """Its options, of the class that the function of the same name takes; None where it has none."""
     @property
     def assets(self) -> str | None:
-        """Folder of the assets, where one was given."""
+        """Folder of the assets, if one was given."""
     @property
     def json(self) -> bool:
-        """Whether the result shall be printed as JSON."""
+        """Whether to print the result as JSON."""
 
 class Job(Generic[T]):
     """Work on a thread of its own. Dropping the job cancels it."""
 
     def progress(self) -> tuple[str, float, float | None]:
-        """Name of the present stage, the part of the whole work that is done, 0 to 1, and seconds left.
+        """Name of the present stage, the fraction of the whole work that is done, 0 to 1, and seconds left.
 
-        The part never falls; the seconds are None as long as the work so far tells nothing of them.
+        The fraction never decreases; the seconds are None until they can be estimated.
         """
 
     def finished(self) -> bool:
-        """Whether :meth:`result` returns at once."""
+        """Whether :meth:`result` returns immediately."""
 
     def cancel(self) -> None:
-        """Ask the work to stop; it does within a fraction of a second."""
+        """Ask the work to stop, which it does within a fraction of a second."""
 
     def result(self) -> T:
         """Wait for the result. Raises `FacewrightError`, or `Cancelled`. Call once."""
@@ -157,7 +157,7 @@ class Reconstruction:
         """Named poses: (name, [(ARKit key, value)])."""
     @property
     def texture(self) -> NDArray[np.uint8]:
-        """(size, size, 4) sRGB of the skin, top row first; alpha below 255 where no frame looked."""
+        """(size, size, 4) sRGB of the skin, top row first; alpha below 255 where no frame saw it."""
     @property
     def eyes(self) -> NDArray[np.uint8]:
         """(size, size, 4) sRGB of the eyes, top row first."""
@@ -177,7 +177,7 @@ class Camera:
 
     @staticmethod
     def parse(text: str) -> Camera:
-        """Read the text of a camera.json; raises :class:`FacewrightError` with what is wrong."""
+        """Parse the text of a camera.json; raises :class:`FacewrightError` with what is wrong."""
     @staticmethod
     def read(path: Path) -> Camera:
         """Read a camera.json; raises :class:`FacewrightError` with what is wrong."""
@@ -226,16 +226,16 @@ class Camera:
         """Where the numbers come from."""
     @property
     def rms_px(self) -> float | None:
-        """Root mean square reprojection error of all corners, pixels; None where no board is told of, as below."""
+        """Root mean square reprojection error of all corners, pixels; None, as below, where the file lists no board."""
     @property
     def hold_out_rms_px(self) -> float | None:
-        """The same of corners in pictures that were left out."""
+        """The same for corners in held-out pictures."""
     @property
     def deviations(self) -> dict[str, float]:
         """Standard deviations of the numbers by their names; 0 where a number was fixed, empty where none are known."""
     @property
     def bend(self) -> BoardBend | None:
-        """How far the board is from flat, where the pictures tell."""
+        """How far the board is from flat, if the pictures determine it."""
     @property
     def boards(self) -> list[Board]:
         """The boards looked for."""
@@ -251,7 +251,7 @@ class BoardBend:
 
     @property
     def bulge_mm(self) -> float:
-        """Highest less lowest corner, millimetres."""
+        """Height difference of the highest and the lowest corner, millimetres."""
     @property
     def deviation_mm(self) -> float:
         """Its standard deviation."""
@@ -313,14 +313,14 @@ class BoardImage:
         """(n, 2) seen less projected, pixels."""
 
 class Rig:
-    """A rig.json: several cameras that were calibrated at once, and where they stand.
+    """A rig.json: several cameras that were calibrated together, and their poses.
 
     The rig's frame is that of its first camera: x right, y down, z forward, metres.
     """
 
     @staticmethod
     def parse(text: str) -> Rig:
-        """Read the text of a rig.json; raises :class:`FacewrightError` with what is wrong."""
+        """Parse the text of a rig.json; raises :class:`FacewrightError` with what is wrong."""
     @staticmethod
     def read(path: Path) -> Rig:
         """Read a rig.json; raises :class:`FacewrightError` with what is wrong."""
@@ -341,14 +341,14 @@ class Rig:
         """Root mean square reprojection error of all corners, pixels."""
     @property
     def hold_out_rms_px(self) -> float | None:
-        """The same with each moment left out of the calibration it is held against."""
+        """The hold-out error: of each moment, with a calibration without it."""
     @property
     def warnings(self) -> list[str]:
         """What to photograph next, and what to distrust."""
     def __len__(self) -> int: ...
 
 class MountedCamera:
-    """A camera of a rig, and where it stands."""
+    """A camera of a rig, and its pose."""
 
     @property
     def name(self) -> str:
@@ -358,10 +358,10 @@ class MountedCamera:
         """All of its camera.json."""
     @property
     def camera_from_rig(self) -> NDArray[np.float64]:
-        """(4, 4) where it stands, metres; the identity for the first one."""
+        """(4, 4) its pose, metres; the identity for the first one."""
     @property
     def rotation_deviations(self) -> NDArray[np.float64]:
-        """(3,) standard deviations of small turns about its axes, radians."""
+        """(3,) standard deviations of small rotations about its axes, radians."""
     @property
     def translation_deviations(self) -> NDArray[np.float64]:
         """(3,) standard deviations of the translation along its axes, metres."""
@@ -382,7 +382,7 @@ class Tracks:
 
     @staticmethod
     def parse(text: str) -> Tracks:
-        """Read the text of a tracks.json; raises :class:`FacewrightError` with what is wrong."""
+        """Parse the text of a tracks.json; raises :class:`FacewrightError` with what is wrong."""
     @staticmethod
     def read(path: Path) -> Tracks:
         """Read a tracks.json; raises :class:`FacewrightError` with what is wrong."""
@@ -408,7 +408,7 @@ class Tracks:
         """Width and height of the pictures, pixels."""
     @property
     def interocular(self) -> float | None:
-        """Distance between the pupils of the landmarks' head, whose poses the frames have, metres."""
+        """Interpupillary distance of the landmarks' head, whose poses the frames have, metres."""
     @property
     def window(self) -> int:
         """Side of the tracker's window in the first reference frame, pixels."""
@@ -490,11 +490,11 @@ class Track:
         """Where it is on the landmarks' head at rest, head frame, metres; the artist's own points have no place."""
 
 class Faces:
-    """A faces.json: what the nets saw in the frames of a clip that they looked at."""
+    """A faces.json: what the nets saw in the frames of a clip that they ran on."""
 
     @staticmethod
     def parse(text: str) -> Faces:
-        """Read the text of a faces.json; raises :class:`FacewrightError` with what is wrong."""
+        """Parse the text of a faces.json; raises :class:`FacewrightError` with what is wrong."""
     @staticmethod
     def read(path: Path) -> Faces:
         """Read a faces.json; raises :class:`FacewrightError` with what is wrong."""
@@ -513,7 +513,7 @@ class Faces:
         """Names of all frames."""
     @property
     def looked(self) -> list[int]:
-        """Indices of the frames that were looked at."""
+        """Indices of the frames that the nets ran on."""
     @property
     def seen(self) -> list[int]:
         """Indices of the frames in which the face was seen, ascending."""
@@ -527,14 +527,14 @@ class Faces:
         """(n,) sharpness of the face in the looked frames: compare within a clip."""
     @property
     def warnings(self) -> list[str]:
-        """What should be known of them."""
+        """What the artist should know."""
 
 class Motion:
     """A motion.json: the pose of the head in every frame, and a metric cloud of its points."""
 
     @staticmethod
     def parse(text: str) -> Motion:
-        """Read the text of a motion.json; raises :class:`FacewrightError` with what is wrong."""
+        """Parse the text of a motion.json; raises :class:`FacewrightError` with what is wrong."""
     @staticmethod
     def read(path: Path) -> Motion:
         """Read a motion.json; raises :class:`FacewrightError` with what is wrong."""
@@ -568,7 +568,7 @@ class Motion:
         """Indices of the frames that have a pose."""
     @property
     def points(self) -> MotionPoints:
-        """Every point that has a place."""
+        """Every point that has a position."""
     @property
     def scale(self) -> Scale:
         """What the size rests on."""
@@ -605,7 +605,7 @@ class MotionFrame:
         """Standard deviation of the rotation, degrees, root of the sum over the axes."""
     @property
     def translation_sigma_mm(self) -> float | None:
-        """Standard deviation of the position at the head's middle, millimetres, root of the sum over the axes."""
+        """Standard deviation of the position at the head's centre, millimetres, root of the sum over the axes."""
     @property
     def reprojection_rms_px(self) -> float | None:
         """Root mean square distance of its points from where they are seen, pixels."""
@@ -627,7 +627,7 @@ class MotionPoints:
         """(n,) standard deviations, millimetres, root mean square over the axes."""
     @property
     def frames(self) -> NDArray[np.int64]:
-        """(n,) how many frames agree with each."""
+        """(n,) number of frames that agree with each."""
     @property
     def reprojection_rms_px(self) -> NDArray[np.float64]:
         """(n,) root mean square distances from where they are seen in those, pixels."""
@@ -636,7 +636,7 @@ class MotionPoints:
         """What each belongs to."""
     @property
     def moves(self) -> NDArray[np.bool_]:
-        """(n,) whether each moves against the head, and took no part in the motion."""
+        """(n,) whether each moves relative to the head, and was left out of the motion."""
     def __len__(self) -> int: ...
 
 class Roughness:
@@ -647,14 +647,14 @@ class Roughness:
         """Of the rotation, degrees."""
     @property
     def translation_mm(self) -> float:
-        """Of the middle of the points, millimetres."""
+        """Of the points' centre, millimetres."""
 
 class Report:
     """A report.json: what was done for a head, and how well."""
 
     @staticmethod
     def parse(text: str) -> Report:
-        """Read the text of a report.json; raises :class:`FacewrightError` with what is wrong."""
+        """Parse the text of a report.json; raises :class:`FacewrightError` with what is wrong."""
     @staticmethod
     def read(path: Path) -> Report:
         """Read a report.json; raises :class:`FacewrightError` with what is wrong."""
@@ -723,7 +723,7 @@ class Scale:
         """What fixed the size."""
     @property
     def relative_sigma(self) -> float:
-        """Standard deviation of the size, as part of it; 0 in files that do not tell."""
+        """Relative standard deviation of the size; 0 in files that do not say."""
 
 class FitReport:
     """How well a head fits what was seen."""
@@ -736,7 +736,7 @@ class FitReport:
         """Root mean square of the class's coefficients, in its standard deviations."""
     @property
     def rigid_agreement(self) -> float:
-        """Part of the points' observations that one motion of the head explains, 0 to 1."""
+        """Fraction of the points' observations that a single motion of the head explains, 0 to 1."""
     @property
     def points_median_mm(self) -> float:
         """Median distance of the measured points from the head's surface, millimetres."""
@@ -755,7 +755,7 @@ class TextureReport:
         """Width and height, pixels."""
     @property
     def seen(self) -> float:
-        """Part of the skin's texels that some frame saw, 0 to 1."""
+        """Fraction of the skin's texels that some frame saw, 0 to 1."""
     @property
     def gains(self) -> dict[str, tuple[float, float, float]]:
         """Gain of each used frame: red, green, blue."""
@@ -792,7 +792,7 @@ def calibrate_rig(
     options: CalibrateOptions | None = None,
     **fields: Any,
 ) -> Job[Rig]:
-    """Calibrate cameras that saw one board at the same moments, and where they stand.
+    """Calibrate cameras that saw one board at the same moments, and find their poses.
 
     `cameras` are (name, pictures). Pictures with the same number at the end of their names belong to one moment;
     without numbers, the k-th ones of all cameras do. `options` or further keywords are those of
@@ -849,7 +849,8 @@ def track(
 ) -> Job[Tracks]:
     """Track points of the face through image files, folders or videos.
 
-    `faces` are those found before; the texts of their files will do. Without a camera the focal length is estimated.
+    `faces` are those already found. Camera and faces may be given as the text of their files. Without a camera the
+    focal length is estimated.
     `options` or further keywords are those of :class:`TrackOptions`.
     """
 
@@ -860,18 +861,18 @@ def motion(
     options: MotionOptions | None = None,
     **fields: Any,
 ) -> Job[Motion]:
-    """Solve for the head's pose in every frame and the places of its points.
+    """Solve for the head's pose in every frame and the positions of its points.
 
-    `camera` is taken instead of the camera of the tracks; the texts of their files will do. `options` or further
+    `camera` overrides the camera of the tracks; both may be given as the text of their files. `options` or further
     keywords are those of :class:`MotionOptions`; `lengths` are (number of a track, number of another, millimetres
     between them) as measured on the head.
     """
 
 def motion_on_rig(films: Sequence[tuple[str, Tracks | str]], rig: Rig | str) -> Job[Motion]:
-    """Solve for the motion that the first film shows; the places of the rig's cameras give its size.
+    """Solve for the motion that the first clip shows; the poses of the rig's cameras give its size.
 
-    `films` are names of the rig's cameras with the tracks of the film each took at the same moments; the texts of
-    the files will do.
+    `films` are names of the rig's cameras with the tracks of the clip that each took at the same moments, or the
+    text of the tracks' files.
     """
 
 def reconstruct(
@@ -888,7 +889,7 @@ def reconstruct(
     """Reconstruct the head in image files, folders or videos.
 
     `camera`, `faces`, `tracks` and `motion` of the same frames, or the texts of their files: what is given is not
-    found anew. `options` or further keywords are those of :class:`ReconstructOptions`.
+    computed again. `options` or further keywords are those of :class:`ReconstructOptions`.
     """
 
 def reconstruct_on_rig(
@@ -918,14 +919,13 @@ def generic_head(assets: Assets | Path) -> Reconstruction:
     """The generic head itself, with its own keys and a plain texture."""
 
 def parse_command(arguments: Sequence[str], *, program: str = "facewright") -> Command:
-    """Read a command line of the `facewright` program, without its name, and do nothing yet.
+    """Parse a command line of the `facewright` program, without its name, and run nothing.
 
-    `program` is what the help and errors call it. Raises `UsageError` where it cannot be read, and where help is asked
-    for.
+    `program` is its name in help and errors. Raises `UsageError` if it cannot be parsed, or if help is asked for.
     """
 
 def run(arguments: Sequence[str], *, program: str = "facewright") -> int:
-    """Do what a command line of the `facewright` program asks for and print what it prints; the exit code.
+    """Run a command line of the `facewright` program, print what it prints, and return the exit code.
 
-    `program` is what the help and errors call it. An interrupt cancels the work.
+    `program` is its name in help and errors. An interrupt cancels the work.
     """

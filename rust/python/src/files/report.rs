@@ -143,7 +143,7 @@ impl ReportFrame {
 pub struct Scale {
     /// What fixed the size.
     source: String,
-    /// Standard deviation of the size, as part of it; 0 in files that do not tell.
+    /// Relative standard deviation of the size; 0 in files that do not say.
     relative_sigma: f64,
 }
 
@@ -161,7 +161,7 @@ pub struct FitReport {
     components: usize,
     /// Root mean square of the class's coefficients, in its standard deviations.
     coefficient_rms: f64,
-    /// Part of the points' observations that one motion of the head explains, 0 to 1.
+    /// Fraction of the points' observations that a single motion of the head explains, 0 to 1.
     rigid_agreement: f64,
     /// Median distance of the measured points from the head's surface, millimetres.
     points_median_mm: f64,
@@ -176,7 +176,7 @@ pub struct FitReport {
 pub struct TextureReport {
     /// Width and height, pixels.
     size: u32,
-    /// Part of the skin's texels that some frame saw, 0 to 1.
+    /// Fraction of the skin's texels that some frame saw, 0 to 1.
     seen: f64,
     /// Gain of each used frame: red, green, blue.
     gains: BTreeMap<String, (f64, f64, f64)>,

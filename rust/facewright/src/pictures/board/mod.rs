@@ -92,8 +92,8 @@ pub enum BoardPatternError {
 
 fn advice(fits: &Option<Page>) -> String {
     match fits {
-        Some(page) => format!("print on {page}, or take smaller squares"),
-        None => "take smaller or fewer squares".to_owned(),
+        Some(page) => format!("print on {page}, or use smaller squares"),
+        None => "use smaller or fewer squares".to_owned(),
     }
 }
 
