@@ -4,7 +4,16 @@ import bpy
 
 from ..engine import FacewrightError
 from ..jobs import Work
-from ..modal import FileOperator, Result, WorkOperator, idle
+from ..modal import (
+    OpenOperator,
+    Result,
+    SaveDrawingOperator,
+    SaveOperator,
+    WorkOperator,
+    idle,
+    in_object_mode,
+    saved_as,
+)
 from ..scene import boards as scene_boards
 from ..scene import camera as scene_camera
 from ..scene import video
@@ -69,15 +78,11 @@ class FACEWRIGHT_OT_calibrate(WorkOperator, bpy.types.Operator):
         return [path] if path else []
 
 
-class FACEWRIGHT_OT_open_camera(FileOperator, bpy.types.Operator):
+class FACEWRIGHT_OT_open_camera(OpenOperator, bpy.types.Operator):
     """Open a camera.json"""
 
     bl_idname = "facewright.open_camera"
     bl_label = "Open Camera"
-    bl_options = {"REGISTER", "UNDO"}
-
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
-    filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
 
     def work(self, context: bpy.types.Context, path: str) -> str:
         text = actions.read_camera(path)
@@ -97,16 +102,13 @@ class FACEWRIGHT_OT_forget_camera(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class FACEWRIGHT_OT_save_camera(FileOperator, bpy.types.Operator):
+class FACEWRIGHT_OT_save_camera(SaveOperator, bpy.types.Operator):
     """Save the camera as camera.json, for other scenes and the command line"""
 
     bl_idname = "facewright.save_camera"
     bl_label = "Save Camera"
-    bl_options = {"REGISTER"}
 
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH", default="camera.json", options={"SKIP_SAVE"})
-    filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
-    check_existing: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+    filepath: saved_as("camera.json")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -117,16 +119,13 @@ class FACEWRIGHT_OT_save_camera(FileOperator, bpy.types.Operator):
         return f"{path} saved"
 
 
-class FACEWRIGHT_OT_save_calibration_picture(FileOperator, bpy.types.Operator):
+class FACEWRIGHT_OT_save_calibration_picture(SaveDrawingOperator, bpy.types.Operator):
     """Save one page with the boards, their corners, the errors and the numbers, as PDF, SVG or PNG"""
 
     bl_idname = "facewright.save_calibration_picture"
     bl_label = "Save Picture"
-    bl_options = {"REGISTER"}
 
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH", default="calibration.pdf", options={"SKIP_SAVE"})
-    filter_glob: bpy.props.StringProperty(default="*.pdf;*.svg;*.png", options={"HIDDEN"})
-    check_existing: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+    filepath: saved_as("calibration.pdf")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -137,16 +136,13 @@ class FACEWRIGHT_OT_save_calibration_picture(FileOperator, bpy.types.Operator):
         return f"{path} saved"
 
 
-class FACEWRIGHT_OT_save_board(FileOperator, bpy.types.Operator):
+class FACEWRIGHT_OT_save_board(SaveDrawingOperator, bpy.types.Operator):
     """Save a board to print, exact at 100 % print scale, as PDF, SVG or PNG"""
 
     bl_idname = "facewright.save_board"
     bl_label = "Save Board to Print"
-    bl_options = {"REGISTER"}
 
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH", default="board.pdf", options={"SKIP_SAVE"})
-    filter_glob: bpy.props.StringProperty(default="*.pdf;*.svg;*.png", options={"HIDDEN"})
-    check_existing: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+    filepath: saved_as("board.pdf")
 
     def work(self, context: bpy.types.Context, path: str) -> str:
         settings = context.scene.facewright_camera
@@ -248,14 +244,6 @@ class FACEWRIGHT_OT_set_clip_lens(bpy.types.Operator):
             sentence = "its pixels are not square: Blender allows for that when solving, but not when undistorting"
             self.report({"WARNING"}, f"{clip.name} has the lens; {sentence}")
         return {"FINISHED"}
-
-
-def in_object_mode(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
-    """Whether objects may be made; tells the artist otherwise."""
-    if context.mode != "OBJECT":
-        operator.poll_message_set("Go to Object Mode first")
-        return False
-    return True
 
 
 def has_camera(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:

@@ -4,7 +4,7 @@ import bpy
 
 from ..engine import Reconstruction
 from ..jobs import Work
-from ..modal import WorkOperator, idle
+from ..modal import WorkOperator, idle, in_object_mode
 from . import actions
 
 
@@ -28,8 +28,7 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if context.mode != "OBJECT":
-            cls.poll_message_set("Go to Object Mode first")
+        if not in_object_mode(cls, context):
             return False
         if not context.scene.facewright_clip.path:
             cls.poll_message_set("Choose a clip first")

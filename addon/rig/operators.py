@@ -3,9 +3,9 @@
 import bpy
 
 from ..calibrate.actions import BoardSettings, LensSettings, set_camera
-from ..engine import FacewrightError, Rig
+from ..engine import Rig
 from ..jobs import Work
-from ..modal import FileOperator, Result, WorkOperator, idle
+from ..modal import OpenOperator, Result, SaveOperator, WorkOperator, idle, reported, saved_as
 from . import actions
 
 
@@ -24,13 +24,10 @@ class FACEWRIGHT_OT_add_rig_folder(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def execute(self, context: bpy.types.Context) -> Result:
-        try:
-            name = actions.add_folder(context.scene.facewright_rig, bpy.path.abspath(self.directory))
-        except FacewrightError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        self.report({"INFO"}, f"Camera {name} added")
-        return {"FINISHED"}
+        return reported(self, lambda: f"Camera {self._add(context)} added")
+
+    def _add(self, context: bpy.types.Context) -> str:
+        return actions.add_folder(context.scene.facewright_rig, bpy.path.abspath(self.directory))
 
 
 class FACEWRIGHT_OT_remove_rig_folder(bpy.types.Operator):
@@ -74,30 +71,23 @@ class FACEWRIGHT_OT_calibrate_rig(WorkOperator, bpy.types.Operator):
         return actions.set_rig(context.scene, result)
 
 
-class FACEWRIGHT_OT_open_rig(FileOperator, bpy.types.Operator):
+class FACEWRIGHT_OT_open_rig(OpenOperator, bpy.types.Operator):
     """Open a rig.json"""
 
     bl_idname = "facewright.open_rig"
     bl_label = "Open Rig"
-    bl_options = {"REGISTER", "UNDO"}
-
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
-    filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
 
     def work(self, context: bpy.types.Context, path: str) -> str:
         return actions.set_rig(context.scene, Rig.read(path))
 
 
-class FACEWRIGHT_OT_save_rig(FileOperator, bpy.types.Operator):
+class FACEWRIGHT_OT_save_rig(SaveOperator, bpy.types.Operator):
     """Save the rig as rig.json, for other scenes and the command line"""
 
     bl_idname = "facewright.save_rig"
     bl_label = "Save Rig"
-    bl_options = {"REGISTER"}
 
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH", default="rig.json", options={"SKIP_SAVE"})
-    filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
-    check_existing: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+    filepath: saved_as("rig.json")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -133,14 +123,12 @@ class FACEWRIGHT_OT_choose_rig_camera(bpy.types.Operator):
         return has_rig(cls, context)
 
     def execute(self, context: bpy.types.Context) -> Result:
-        try:
-            camera = actions.choose(context.scene, self.name)
-        except FacewrightError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+        return reported(self, lambda: self._choose(context))
+
+    def _choose(self, context: bpy.types.Context) -> str:
+        camera = actions.choose(context.scene, self.name)
         set_camera(context.scene, camera.to_json())
-        self.report({"INFO"}, f"The clip was filmed with {self.name}, focal {camera.fx:.1f} px")
-        return {"FINISHED"}
+        return f"The clip was filmed with {self.name}, focal {camera.fx:.1f} px"
 
 
 def has_rig(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
