@@ -51,7 +51,7 @@ def own_arguments(command: str) -> argparse.ArgumentParser:
     if command in {"reconstruct", "track"}:
         own.add_argument("--frames", type=span, metavar="A-B", help="first and last frame, counted from 0: 480-660")
     if command == "motion":
-        own.add_argument("--tracks", metavar="FILE", help="tracks of the clip, made before")
+        own.add_argument("--tracks", metavar="FILE", help="existing tracks of the clip")
         own.add_argument("--show", choices=list(KINDS), default="camera", help="what moves in the scene")
     return own
 

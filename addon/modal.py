@@ -1,5 +1,6 @@
 """What operators have in common: work that goes on while the artist looks on, files that are asked for, movie clips."""
 
+import functools
 import math
 import textwrap
 import time
@@ -49,13 +50,7 @@ class WorkOperator:
         raise NotImplementedError
 
     def execute(self, context: bpy.types.Context) -> Result:
-        try:
-            message = self.finish(context, wait(self.start(context)))
-        except FacewrightError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        self.report({"INFO"}, message)
-        return {"FINISHED"}
+        return reported(self, lambda: self.finish(context, wait(self.start(context))))
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> Result:
         if bpy.app.background:
@@ -97,7 +92,7 @@ class WorkOperator:
                     break
         except StopIteration as end:
             self._end(context)
-            return self._finish(context, end.value)
+            return reported(self, functools.partial(self.finish, context, end.value))
         except FacewrightError as error:
             self._end(context)
             level = "INFO" if isinstance(error, Cancelled) else "ERROR"
@@ -105,14 +100,6 @@ class WorkOperator:
             return {"CANCELLED"}
         redraw(context)
         return {"RUNNING_MODAL"}
-
-    def _finish(self, context: bpy.types.Context, result: Any) -> Result:
-        try:
-            self.report({"INFO"}, self.finish(context, result))
-        except FacewrightError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        return {"FINISHED"}
 
     def _end(self, context: bpy.types.Context) -> None:
         if self._work is not None:
@@ -129,8 +116,6 @@ class FileOperator:
     """Mix-in: asks for a path, then `work` reads or writes it and gives the message."""
 
     filepath: str
-    # Of `bpy.types.Operator`, the other base.
-    report: Callable[[set[str], str], None]
 
     def work(self, context: bpy.types.Context, path: str) -> str:
         raise NotImplementedError
@@ -140,13 +125,36 @@ class FileOperator:
         return {"RUNNING_MODAL"}
 
     def execute(self, context: bpy.types.Context) -> Result:
-        try:
-            message = self.work(context, bpy.path.abspath(self.filepath))
-        except FacewrightError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        self.report({"INFO"}, message)
-        return {"FINISHED"}
+        return reported(self, lambda: self.work(context, bpy.path.abspath(self.filepath)))
+
+
+class OpenOperator(FileOperator):
+    """Mix-in: opens one of the library's JSON files."""
+
+    bl_options: ClassVar[set[str]] = {"REGISTER", "UNDO"}
+
+    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
+
+
+class SaveOperator(FileOperator):
+    """Mix-in: saves one of the library's JSON files; `filepath` is declared as `saved_as` by each operator."""
+
+    bl_options: ClassVar[set[str]] = {"REGISTER"}
+
+    filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
+    check_existing: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+
+
+class SaveDrawingOperator(SaveOperator):
+    """Mix-in: the same for a drawing."""
+
+    filter_glob: bpy.props.StringProperty(default="*.pdf;*.svg;*.png", options={"HIDDEN"})
+
+
+def saved_as(name: str) -> Any:
+    """The path of an operator that saves a file, which proposes a name."""
+    return bpy.props.StringProperty(subtype="FILE_PATH", default=name, options={"SKIP_SAVE"})
 
 
 class ClipOperator:
@@ -158,9 +166,20 @@ class ClipOperator:
         """The clip that is named, or that of the editor."""
         clip = bpy.data.movieclips.get(self.clip) if self.clip else clip_of(context)
         if clip is None:
-            none = f"there is no movie clip {self.clip}" if self.clip else "no movie clip is shown"
+            none = f"there is no movie clip named {self.clip}" if self.clip else "no movie clip is open"
             raise FacewrightError(f"{none}: open it in the Clip editor")
         return clip
+
+
+def reported(operator: Any, action: Callable[[], str]) -> Result:
+    """Do what gives a message, and report the message, or what is wrong."""
+    try:
+        message = action()
+    except FacewrightError as error:
+        operator.report({"ERROR"}, str(error))
+        return {"CANCELLED"}
+    operator.report({"INFO"}, message)
+    return {"FINISHED"}
 
 
 def redraw(context: bpy.types.Context) -> None:
@@ -173,7 +192,7 @@ def redraw(context: bpy.types.Context) -> None:
 def idle(operator: type[bpy.types.Operator]) -> bool:
     """Whether nothing runs; tells the artist otherwise."""
     if Running.active:
-        operator.poll_message_set("Facewright is at work: wait, or press Esc")
+        operator.poll_message_set("Facewright is already working: wait, or press Esc")
         return False
     return True
 
@@ -183,6 +202,14 @@ def clip_of(context: bpy.types.Context) -> bpy.types.MovieClip | None:
     clips = bpy.data.movieclips
     alone = clips[0] if len(clips) == 1 else None
     return getattr(context, "edit_movieclip", None) or context.scene.active_clip or alone
+
+
+def in_object_mode(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
+    """Whether objects may be made; tells the artist otherwise."""
+    if context.mode != "OBJECT":
+        operator.poll_message_set("Go to Object Mode first")
+        return False
+    return True
 
 
 def has_clip(operator: type[bpy.types.Operator]) -> bool:
@@ -219,7 +246,7 @@ def time_left(seconds: float | None) -> str:
 
 
 def draw_pupils(layout: bpy.types.UILayout, person: bpy.types.PropertyGroup) -> None:
-    """The measured distance of the pupils, in a layout that splits properties."""
+    """The measured interpupillary distance, in a layout that splits properties."""
     row = layout.row(heading="Pupils (mm)")
     row.prop(person, "use_interocular", text="")
     value = row.row()

@@ -1,4 +1,4 @@
-"""Everything that Blender is told of, in one list, undone in reverse."""
+"""Everything registered with Blender, in one list, undone in reverse."""
 
 import bpy
 

@@ -26,7 +26,7 @@ def complaint(skin: Any) -> str:
     if skin is None:
         return "Reconstruct a face first"
     if not skin.data.shape_keys.is_editable:
-        return f"the keys of {skin.name} are linked from another file: set them there, or append the head instead"
+        return f"the shape keys of {skin.name} are linked from another file: set them there, or append the head instead"
     return ""
 
 

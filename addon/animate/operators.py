@@ -8,7 +8,7 @@ from . import actions
 
 
 class FACEWRIGHT_OT_expression(bpy.types.Operator):
-    """Set the head's keys to an expression; with auto keying on, insert keyframes"""
+    """Set the head's shape keys to an expression; with auto keying on, insert keyframes"""
 
     bl_idname = "facewright.expression"
     bl_label = "Expression"

@@ -14,7 +14,7 @@ from ..jobs import Work, watch
 from ..scene import boards as scene_boards
 from ..scene import video
 
-# Of a film, this many frames are looked at; the library takes those that differ.
+# Of a clip, at most this many frames are searched for the board; the library uses those that differ.
 MAX_FRAMES = 120
 
 
@@ -78,7 +78,7 @@ def calibrated(
     if missing:
         raise FacewrightError(f"{missing[0]} does not exist: choose the pictures again")
     if len(pictures) > 1 and any(video.is_video(path) for path in pictures):
-        raise FacewrightError("choose one video alone, or pictures without videos")
+        raise FacewrightError("choose either one video, or pictures without videos")
     return _calibrated(pictures, options_of(board, lens), picture)
 
 

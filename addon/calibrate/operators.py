@@ -4,7 +4,16 @@ import bpy
 
 from ..engine import FacewrightError
 from ..jobs import Work
-from ..modal import FileOperator, Result, WorkOperator, idle
+from ..modal import (
+    OpenOperator,
+    Result,
+    SaveDrawingOperator,
+    SaveOperator,
+    WorkOperator,
+    idle,
+    in_object_mode,
+    saved_as,
+)
 from ..scene import boards as scene_boards
 from ..scene import camera as scene_camera
 from ..scene import video
@@ -22,7 +31,7 @@ class FACEWRIGHT_OT_calibrate(WorkOperator, bpy.types.Operator):
     files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"SKIP_SAVE", "HIDDEN"})
     filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE", "HIDDEN"})
     clip: bpy.props.StringProperty(
-        name="Movie Clip", description="A movie clip of this file that shows the board", options={"SKIP_SAVE", "HIDDEN"}
+        name="Movie Clip", description="A movie clip in this file that shows the board", options={"SKIP_SAVE", "HIDDEN"}
     )
     filter_image: bpy.props.BoolProperty(default=True, options={"HIDDEN", "SKIP_SAVE"})
     filter_movie: bpy.props.BoolProperty(default=False, options={"HIDDEN", "SKIP_SAVE"})
@@ -69,15 +78,11 @@ class FACEWRIGHT_OT_calibrate(WorkOperator, bpy.types.Operator):
         return [path] if path else []
 
 
-class FACEWRIGHT_OT_open_camera(FileOperator, bpy.types.Operator):
+class FACEWRIGHT_OT_open_camera(OpenOperator, bpy.types.Operator):
     """Open a camera.json"""
 
     bl_idname = "facewright.open_camera"
     bl_label = "Open Camera"
-    bl_options = {"REGISTER", "UNDO"}
-
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
-    filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
 
     def work(self, context: bpy.types.Context, path: str) -> str:
         text = actions.read_camera(path)
@@ -97,16 +102,13 @@ class FACEWRIGHT_OT_forget_camera(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class FACEWRIGHT_OT_save_camera(FileOperator, bpy.types.Operator):
+class FACEWRIGHT_OT_save_camera(SaveOperator, bpy.types.Operator):
     """Save the camera as camera.json, for other scenes and the command line"""
 
     bl_idname = "facewright.save_camera"
     bl_label = "Save Camera"
-    bl_options = {"REGISTER"}
 
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH", default="camera.json", options={"SKIP_SAVE"})
-    filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
-    check_existing: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+    filepath: saved_as("camera.json")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -117,16 +119,13 @@ class FACEWRIGHT_OT_save_camera(FileOperator, bpy.types.Operator):
         return f"{path} saved"
 
 
-class FACEWRIGHT_OT_save_calibration_picture(FileOperator, bpy.types.Operator):
+class FACEWRIGHT_OT_save_calibration_picture(SaveDrawingOperator, bpy.types.Operator):
     """Save one page with the boards, their corners, the errors and the numbers, as PDF, SVG or PNG"""
 
     bl_idname = "facewright.save_calibration_picture"
     bl_label = "Save Picture"
-    bl_options = {"REGISTER"}
 
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH", default="calibration.pdf", options={"SKIP_SAVE"})
-    filter_glob: bpy.props.StringProperty(default="*.pdf;*.svg;*.png", options={"HIDDEN"})
-    check_existing: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+    filepath: saved_as("calibration.pdf")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -137,16 +136,13 @@ class FACEWRIGHT_OT_save_calibration_picture(FileOperator, bpy.types.Operator):
         return f"{path} saved"
 
 
-class FACEWRIGHT_OT_save_board(FileOperator, bpy.types.Operator):
+class FACEWRIGHT_OT_save_board(SaveDrawingOperator, bpy.types.Operator):
     """Save a board to print, exact at 100 % print scale, as PDF, SVG or PNG"""
 
     bl_idname = "facewright.save_board"
     bl_label = "Save Board to Print"
-    bl_options = {"REGISTER"}
 
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH", default="board.pdf", options={"SKIP_SAVE"})
-    filter_glob: bpy.props.StringProperty(default="*.pdf;*.svg;*.png", options={"HIDDEN"})
-    check_existing: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+    filepath: saved_as("board.pdf")
 
     def work(self, context: bpy.types.Context, path: str) -> str:
         settings = context.scene.facewright_camera
@@ -155,7 +151,7 @@ class FACEWRIGHT_OT_save_board(FileOperator, bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_show_boards(bpy.types.Operator):
-    """Put the camera and the boards into the scene as they were when they were photographed"""
+    """Add the camera and the boards to the scene, posed as they were when photographed"""
 
     bl_idname = "facewright.show_boards"
     bl_label = "Show Boards"
@@ -171,7 +167,7 @@ class FACEWRIGHT_OT_show_boards(bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_remove_boards(bpy.types.Operator):
-    """Take the calibrated camera and the boards out of the scene again"""
+    """Remove the calibrated camera and the boards from the scene"""
 
     bl_idname = "facewright.remove_boards"
     bl_label = "Remove Boards"
@@ -190,9 +186,9 @@ class FACEWRIGHT_OT_remove_boards(bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_set_scene_camera(bpy.types.Operator):
-    """Give the scene's camera the calibrated focal length and principal point, and the render the picture's size.
+    """Set the scene camera to the calibrated focal length and principal point, and the render to the picture's size.
 
-    Renders have no lens distortion: they fit undistorted footage"""
+    Renders have no lens distortion: they match undistorted footage"""
 
     bl_idname = "facewright.set_scene_camera"
     bl_label = "Set Scene Camera"
@@ -212,7 +208,7 @@ class FACEWRIGHT_OT_set_scene_camera(bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_set_clip_lens(bpy.types.Operator):
-    """Give a movie clip the calibrated camera with its lens distortion, for tracking and undistortion"""
+    """Set a movie clip's lens to the calibrated camera with its distortion, for tracking and undistortion"""
 
     bl_idname = "facewright.set_clip_lens"
     bl_label = "Set Clip Lens"
@@ -225,7 +221,7 @@ class FACEWRIGHT_OT_set_clip_lens(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if not bpy.data.movieclips:
-            cls.poll_message_set("Open the movie clip that this camera filmed first")
+            cls.poll_message_set("First open the movie clip that this camera filmed")
             return False
         return has_camera(cls, context)
 
@@ -245,17 +241,9 @@ class FACEWRIGHT_OT_set_clip_lens(bpy.types.Operator):
         if scene_camera.has_square_pixels(camera):
             self.report({"INFO"}, f"{clip.name} has {clip.tracking.camera.focal_length_pixels:.1f} px")
         else:
-            sentence = "its pixels are not square: Blender solves with that, but undistorts as if they were"
+            sentence = "its pixels are not square: Blender allows for that when solving, but not when undistorting"
             self.report({"WARNING"}, f"{clip.name} has the lens; {sentence}")
         return {"FINISHED"}
-
-
-def in_object_mode(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
-    """Whether objects may be made; tells the artist otherwise."""
-    if context.mode != "OBJECT":
-        operator.poll_message_set("Go to Object Mode first")
-        return False
-    return True
 
 
 def has_camera(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
@@ -271,6 +259,6 @@ def has_boards(operator: type[bpy.types.Operator], context: bpy.types.Context) -
     if not has_camera(operator, context):
         return False
     if not any(picture.used for picture in context.scene.facewright_camera.pictures):
-        operator.poll_message_set("This camera file does not tell of boards: calibrate, or open one that does")
+        operator.poll_message_set("This camera file lists no boards: calibrate, or open one that does")
         return False
     return True

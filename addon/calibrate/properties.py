@@ -14,12 +14,12 @@ class FacewrightBoardPicture(bpy.types.PropertyGroup):
     bad: bpy.props.BoolProperty(
         name="Bad", description="No board was found, or it fits more than twice as badly as the median picture"
     )
-    rms: bpy.props.FloatProperty(name="RMS", description="Root mean square error of its corners, pixels")
+    rms: bpy.props.FloatProperty(name="RMS", description="RMS reprojection error of its corners, pixels")
     worst: bpy.props.FloatProperty(name="Worst", description="Largest error of a corner, pixels")
     hold_out: bpy.props.FloatProperty(
-        name="Held Out", description="The same as RMS with a camera calibrated without this picture, pixels"
+        name="Held Out", description="The same RMS error with a camera calibrated without this picture, pixels"
     )
-    reason: bpy.props.StringProperty(name="Reason", description="Why it was not used, or what is bad about it")
+    reason: bpy.props.StringProperty(name="Reason", description="Why it was not used, or what is wrong with it")
 
 
 class FacewrightCamera(bpy.types.PropertyGroup):
@@ -41,7 +41,7 @@ class FacewrightCamera(bpy.types.PropertyGroup):
     )
     wire: bpy.props.BoolProperty(
         name="Wireframe",
-        description="Show the boards as wires",
+        description="Show the boards as wireframes",
         default=False,
         update=lambda self, _context: actions.set_wire(self),
     )
@@ -53,7 +53,7 @@ class FacewrightCamera(bpy.types.PropertyGroup):
         description="What is printed on the board",
         items=[
             ("CHECKERBOARD", "Checkerboard", "Black and white squares that touch"),
-            ("SQUARES", "Separate Squares", "Black squares apart from each other"),
+            ("SQUARES", "Separate Squares", "Black squares with gaps between them"),
         ],
         default="CHECKERBOARD",
     )
@@ -75,7 +75,7 @@ class FacewrightCamera(bpy.types.PropertyGroup):
         name="Square", description="Side of a square, millimetres", default=25.5, min=3.0, precision=2
     )
     gap_mm: bpy.props.FloatProperty(
-        name="Gap", description="White between two squares, millimetres", default=25.5, min=0.1, precision=2
+        name="Gap", description="White gap between two squares, millimetres", default=25.5, min=0.1, precision=2
     )
     page: bpy.props.EnumProperty(
         name="Page",
@@ -89,24 +89,24 @@ class FacewrightCamera(bpy.types.PropertyGroup):
     )
     distortion_terms: bpy.props.IntProperty(
         name="Radial Terms",
-        description="Of the distortion: k1, k2, k3. The paper has two",
+        description="Radial distortion terms: k1, k2, k3. The paper has two",
         default=2,
         min=0,
         max=3,
     )
     tangential: bpy.props.BoolProperty(
-        name="Tangential", description="Solve for a lens that leans, p1 and p2, too", default=False
+        name="Tangential", description="Also solve for tangential distortion, p1 and p2", default=False
     )
     square_pixels: bpy.props.BoolProperty(
         name="Square Pixels", description="One focal length for both directions", default=False
     )
     bend: bpy.props.EnumProperty(
         name="Bent Board",
-        description="When to solve for a board that is not flat; several cameras' only always",
+        description="When to solve for a board that is not flat; for several cameras, only Always does",
         items=[
-            ("never", "Never", "The board is taken to be flat; a clear bend is warned of"),
-            ("judged", "Where It Helps", "Where that predicts each picture better that was left out"),
-            ("always", "Always", "In any case"),
+            ("never", "Never", "Assume a flat board; warn of a clear bend"),
+            ("judged", "Where It Helps", "Where it predicts every held-out picture better"),
+            ("always", "Always", "In every case"),
         ],
         default="judged",
     )

@@ -78,9 +78,9 @@ def pictures(camera: Camera) -> list[Picture]:
 
 def _complaint(image: BoardImage, rms: float, hold_out: float) -> str:
     if image.rms_px is not None and image.rms_px > BAD * rms:
-        return f"it fits {image.rms_px / rms:.1f} times worse than the median picture"
+        return f"its error is {image.rms_px / rms:.1f} times the median picture's"
     if image.hold_out_rms_px is not None and image.hold_out_rms_px > BAD * hold_out:
-        return f"the others foretell it {image.hold_out_rms_px / hold_out:.1f} times worse than the median picture"
+        return f"its hold-out error is {image.hold_out_rms_px / hold_out:.1f} times the median picture's"
     return ""
 
 

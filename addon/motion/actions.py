@@ -66,7 +66,7 @@ def _length(length: tuple[str, str, float], named: dict[str, int], clip: Any) ->
     for name in (first, second):
         if name not in named:
             raise FacewrightError(
-                f"{name} is no track of the face in {clip.name} with an enabled marker: choose another"
+                f"{name} is not a track of the face in {clip.name} with an enabled marker: choose another"
             )
     return named[first], named[second], length_mm
 
@@ -143,7 +143,7 @@ def look_through(scene: Any) -> str:
     """Make the camera of the present frame the scene's, and the render the clip's size; gives its name."""
     eye, motion = motion_rig.camera_at(scene, scene.frame_current), known(scene)
     if eye is None or motion is None:
-        raise FacewrightError("the motion has no camera any more: find the motion again")
+        raise FacewrightError("the motion no longer has a camera: solve it again")
     scene.camera = eye
     scene_camera.set_render(scene.render, motion.camera)
     return eye.name
@@ -197,7 +197,7 @@ def _some(lines: list[str]) -> list[str]:
 def _undistortion(motion: Motion) -> list[str]:
     if not motion_lens.is_distorted(motion.camera) or scene_camera.has_square_pixels(motion.camera):
         return []
-    return ["its pixels are not square: Blender undistorts the clip as if they were"]
+    return ["its pixels are not square, but Blender undistorts the clip as if they were"]
 
 
 def save_text(path: str, motion: Motion) -> list[str]:

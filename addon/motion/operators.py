@@ -2,9 +2,22 @@
 
 import bpy
 
-from ..engine import FacewrightError, Motion
+from ..engine import Motion
 from ..jobs import Work
-from ..modal import ClipOperator, FileOperator, Result, WorkOperator, clip_of, has_clip, has_tracks, idle
+from ..modal import (
+    ClipOperator,
+    OpenOperator,
+    Result,
+    SaveOperator,
+    WorkOperator,
+    clip_of,
+    has_clip,
+    has_tracks,
+    idle,
+    in_object_mode,
+    reported,
+    saved_as,
+)
 from ..scene import face_tracks
 from . import actions
 
@@ -19,16 +32,16 @@ class TrackedClipOperator(ClipOperator):
 
 
 class FACEWRIGHT_OT_motion(TrackedClipOperator, WorkOperator, bpy.types.Operator):
-    """Find from the face's tracks how the camera moves about the head, and the points' places on it.
+    """Solve the face's tracks for the motion of the camera around the head, and for the points on it.
 
-    A second run brings camera, head and points of the first up to date"""
+    A second run updates the camera, head and points of the first"""
 
     bl_idname = "facewright.motion"
     bl_label = "Solve Motion"
     # Not REGISTER: the redo panel would run it all again, blocking, at every change.
     bl_options = {"UNDO"}
 
-    clip: bpy.props.StringProperty(name="Movie Clip", description="The tracked one if empty", options={"SKIP_SAVE"})
+    clip: bpy.props.StringProperty(name="Movie Clip", description="If empty, the tracked one", options={"SKIP_SAVE"})
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -44,16 +57,13 @@ class FACEWRIGHT_OT_motion(TrackedClipOperator, WorkOperator, bpy.types.Operator
         return actions.place(context.scene, self.movie_clip(context), result)
 
 
-class FACEWRIGHT_OT_open_motion(TrackedClipOperator, FileOperator, bpy.types.Operator):
+class FACEWRIGHT_OT_open_motion(TrackedClipOperator, OpenOperator, bpy.types.Operator):
     """Open a motion.json of this clip: camera, head and points"""
 
     bl_idname = "facewright.open_motion"
     bl_label = "Open Motion"
-    bl_options = {"REGISTER", "UNDO"}
 
-    clip: bpy.props.StringProperty(name="Movie Clip", description="The tracked one if empty", options={"SKIP_SAVE"})
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
-    filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
+    clip: bpy.props.StringProperty(name="Movie Clip", description="If empty, the tracked one", options={"SKIP_SAVE"})
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -63,16 +73,13 @@ class FACEWRIGHT_OT_open_motion(TrackedClipOperator, FileOperator, bpy.types.Ope
         return actions.open_file(path, context.scene, self.movie_clip(context))
 
 
-class FACEWRIGHT_OT_save_motion(FileOperator, bpy.types.Operator):
+class FACEWRIGHT_OT_save_motion(SaveOperator, bpy.types.Operator):
     """Save the motion as motion.json, for the command line"""
 
     bl_idname = "facewright.save_motion"
     bl_label = "Save Motion"
-    bl_options = {"REGISTER"}
 
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH", default="motion.json", options={"SKIP_SAVE"})
-    filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
-    check_existing: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+    filepath: saved_as("motion.json")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -83,7 +90,7 @@ class FACEWRIGHT_OT_save_motion(FileOperator, bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_remove_motion(bpy.types.Operator):
-    """Take camera, head and points of the motion out of the scene; your own objects stay"""
+    """Remove the motion's camera, head and points from the scene; your own objects stay"""
 
     bl_idname = "facewright.remove_motion"
     bl_label = "Remove Motion"
@@ -99,7 +106,7 @@ class FACEWRIGHT_OT_remove_motion(bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_look_through(bpy.types.Operator):
-    """Look through the camera of the present frame: it becomes the scene's, and renders get the clip's size"""
+    """Look through the camera of the current frame: it becomes the scene camera, and renders get the clip's size"""
 
     bl_idname = "facewright.look_through"
     bl_label = "Look Through"
@@ -110,39 +117,33 @@ class FACEWRIGHT_OT_look_through(bpy.types.Operator):
         return has_motion(cls, context)
 
     def execute(self, context: bpy.types.Context) -> Result:
-        try:
-            name = actions.look_through(context.scene)
-        except FacewrightError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+        return reported(self, lambda: self._look(context))
+
+    def _look(self, context: bpy.types.Context) -> str:
+        name = actions.look_through(context.scene)
         area = view(context)
         if area is not None:
             area.spaces.active.region_3d.view_perspective = "CAMERA"
-        self.report({"INFO"}, f"{name} is the scene's camera; renders have the clip's size")
-        return {"FINISHED"}
+        return f"{name} is the scene's camera; renders have the clip's size"
 
 
 class FACEWRIGHT_OT_length_from_selection(TrackedClipOperator, bpy.types.Operator):
-    """Let the measured length go between the two tracks that are selected in the Clip editor"""
+    """Use the two tracks selected in the Clip editor as the ends of the measured length"""
 
     bl_idname = "facewright.length_from_selection"
     bl_label = "Selected Tracks"
     bl_options = {"REGISTER", "UNDO"}
 
-    clip: bpy.props.StringProperty(name="Movie Clip", description="The tracked one if empty", options={"SKIP_SAVE"})
+    clip: bpy.props.StringProperty(name="Movie Clip", description="If empty, the tracked one", options={"SKIP_SAVE"})
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return has_tracks(cls, context)
 
     def execute(self, context: bpy.types.Context) -> Result:
-        try:
-            message = actions.selected_length(self.movie_clip(context), context.scene.facewright_motion)
-        except FacewrightError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        self.report({"INFO"}, message)
-        return {"FINISHED"}
+        return reported(
+            self, lambda: actions.selected_length(self.movie_clip(context), context.scene.facewright_motion)
+        )
 
 
 def tracked_clip(context: bpy.types.Context) -> bpy.types.MovieClip | None:
@@ -158,14 +159,6 @@ def view(context: bpy.types.Context) -> bpy.types.Area | None:
     """The 3D view that a button was pressed in, or the first of the window."""
     areas = [context.area, *(context.screen.areas if context.screen is not None else [])]
     return next((area for area in areas if area is not None and area.type == "VIEW_3D"), None)
-
-
-def in_object_mode(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
-    """Whether objects may be made; tells the artist otherwise."""
-    if context.mode != "OBJECT":
-        operator.poll_message_set("Go to Object Mode first")
-        return False
-    return True
 
 
 def has_motion(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:

@@ -15,23 +15,24 @@ class FacewrightMotion(bpy.types.PropertyGroup):
     )
     kind: bpy.props.EnumProperty(
         name="Show As",
-        description="What moves; may be changed afterwards",
+        description="What moves; can be changed afterwards",
         items=[
             (
                 "CAMERA",
                 "Animated Camera",
-                "The head stands still and one camera moves. Face Head, an Empty, carries both: move it to move all",
+                "The head stands still and one camera moves. "
+                "Both follow Face Head, an Empty: move it to move everything",
             ),
             (
                 "HEAD",
                 "Animated Head",
-                "The camera stands still and Face Head, an Empty, moves before it with the points. "
-                "The reconstructed head follows by a constraint if that is wanted below",
+                "The camera stands still and Face Head, an Empty, moves in front of it with the "
+                "points. The reconstructed head follows by a constraint if enabled below",
             ),
             (
                 "CAMERAS",
                 "Camera per Key Frame",
-                "The head stands still; each key frame has a camera of its own, and a marker of the timeline that "
+                "The head stands still; each key frame has a camera of its own, and a timeline marker that "
                 "switches to it",
             ),
         ],
@@ -40,7 +41,7 @@ class FacewrightMotion(bpy.types.PropertyGroup):
     )
     key_turn: bpy.props.FloatProperty(
         name="Turn",
-        description="How far the head turns from one key frame to the next; 0 makes each posed frame one",
+        description="How far the head turns from one key frame to the next; 0 makes every posed frame a key frame",
         default=radians(5.0),
         min=0.0,
         max=pi,
@@ -49,14 +50,14 @@ class FacewrightMotion(bpy.types.PropertyGroup):
     )
     follow: bpy.props.BoolProperty(
         name="Reconstructed Head Follows",
-        description="Let Face take the place of Face Head by a constraint, Facewright Motion; its own place and "
-        "parent stay, and come back when this is off",
+        description="Make Face follow Face Head by a constraint, Facewright Motion; its own transform and "
+        "parent are kept, and come back when this is off",
         default=True,
         update=lambda self, _context: actions.refresh(self.id_data),
     )
     use_length: bpy.props.BoolProperty(
         name="Measured Length",
-        description="Give the size of the head by the distance between two tracks that was measured",
+        description="Set the size of the head by a measured distance between two tracks",
         default=False,
     )
     length_from: bpy.props.StringProperty(name="From", description="Track at one end of the measured length")

@@ -7,10 +7,10 @@ class FacewrightPerson(bpy.types.PropertyGroup):
     """What was measured of the person's head."""
 
     use_interocular: bpy.props.BoolProperty(
-        name="Known Eye Distance", description="Give the distance between the pupils instead of the usual one"
+        name="Known Eye Distance", description="Set the interpupillary distance instead of using the average one"
     )
     interocular_mm: bpy.props.FloatProperty(
-        name="Eye Distance", description="Distance between the pupils, millimetres", default=63.0, min=40.0, max=90.0
+        name="Eye Distance", description="Interpupillary distance, millimetres", default=63.0, min=40.0, max=90.0
     )
 
     @property

@@ -147,7 +147,7 @@ def show(layer: Any, face: Any) -> None:
 
 def choices(scene: Any) -> list[tuple[str, str, str]]:
     """What a run can make, each with its name, label and description: a new head, or one of the scene's anew."""
-    new = (NEW.upper(), "New Head", "Make another head, in a collection of its own")
+    new = (NEW.upper(), "New Head", "Make a new head, in a collection of its own")
     return [new, *(_choice(head) for head in _local(scene))]
 
 
@@ -174,7 +174,7 @@ def forget_choice(scene: Any) -> None:
 def _choice(head: Head) -> tuple[str, str, str]:
     if head.skin is None:
         return head.name, f"{head.name} Anew", "Make this head again: its skin was deleted"
-    about = "Bring this head up to date: its keys keep values and animation, its materials their nodes"
+    about = "Update this head: its shape keys keep their values and animation, its materials their nodes"
     return head.name, f"Update {head.title}", about
 
 
@@ -201,7 +201,7 @@ def report(scene: Any, active: Any) -> tuple[str, str] | None:
 def markers_complaint(path: str, method: Method) -> str:
     """Why the markers of a clip cannot be used; empty if they can."""
     if method != "default":
-        return "the method Paper tracks in its own way: choose Default to use markers"
+        return "the method Paper does its own tracking: choose Default to use markers"
     return "" if path and face_tracks.of_file(path) is not None else NO_MARKERS
 
 

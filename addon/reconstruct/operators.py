@@ -4,12 +4,12 @@ import bpy
 
 from ..engine import Reconstruction
 from ..jobs import Work
-from ..modal import WorkOperator, idle
+from ..modal import WorkOperator, idle, in_object_mode
 from . import actions
 
 
 class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
-    """Make the head of the person in the clip"""
+    """Reconstruct the head of the person in the clip"""
 
     bl_idname = "facewright.reconstruct"
     bl_label = "Reconstruct Face"
@@ -18,7 +18,8 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
 
     output: bpy.props.StringProperty(
         name="Result Folder",
-        description="Also write head.glb, texture.png, eyes.png and report.json here; the scene's own folder if empty",
+        description="Also write head.glb, texture.png, eyes.png and report.json here; "
+        "if empty, to the scene's own result folder",
         subtype="DIR_PATH",
         options={"SKIP_SAVE"},
     )
@@ -27,8 +28,7 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if context.mode != "OBJECT":
-            cls.poll_message_set("Go to Object Mode first")
+        if not in_object_mode(cls, context):
             return False
         if not context.scene.facewright_clip.path:
             cls.poll_message_set("Choose a clip first")

@@ -21,13 +21,13 @@ class FacewrightClip(bpy.types.PropertyGroup):
 
     path: bpy.props.StringProperty(
         name="Clip",
-        description="A video, a folder of frames, or the first of an image sequence",
+        description="A video, a folder of frames, or the first image of a sequence",
         subtype="FILE_PATH",
         update=lambda self, _context: actions.forget_choice(self.id_data),
     )
     head: bpy.props.EnumProperty(
         name="Head",
-        description="What is made of the clip; another clip makes a new head, unless it has made one before",
+        description="The head that is made or updated; another clip makes a new head, unless it has made one before",
         items=_heads,
         get=lambda self: actions.chosen(self.id_data),
         set=lambda self, number: actions.choose(self.id_data, number),
@@ -43,7 +43,7 @@ class FacewrightClip(bpy.types.PropertyGroup):
     method: bpy.props.EnumProperty(
         name="Method",
         items=[
-            ("default", "Default", "Every frame, a class of heads, even light"),
+            ("default", "Default", "All frames, a statistical head model, evened lighting"),
             ("paper", "Paper", "The steps of Liang, Pan, Chen 2004"),
         ],
     )
@@ -54,7 +54,7 @@ class FacewrightClip(bpy.types.PropertyGroup):
     )
     use_markers: bpy.props.BoolProperty(
         name="Use Markers",
-        description="Use the face's tracks as they are in the Clip editor instead of tracking anew",
+        description="Use the face's tracks as they are in the Clip editor instead of tracking again",
         default=False,
     )
     output: bpy.props.StringProperty(

@@ -15,15 +15,15 @@ FEWEST = 2
 def calibrated(folders: list[tuple[str, str]], options: dict[str, Any]) -> Work[Rig]:
     """Calibrate cameras from folders of pictures of one board, given by their names."""
     if len(folders) < FEWEST:
-        raise FacewrightError("a rig has two cameras and more: add a folder of pictures for each")
+        raise FacewrightError("a rig needs two or more cameras: add a folder of pictures for each")
     names = [name for name, _ in folders]
     for name, path in folders:
         if not name:
             raise FacewrightError(f"the camera of {path} has no name: give it one")
         if names.count(name) > 1:
-            raise FacewrightError(f"two cameras are called {name}: give each a name of its own")
+            raise FacewrightError(f"two cameras are named {name}: give each a name of its own")
         if not Path(path).is_dir():
-            raise FacewrightError(f"{path} is no folder: choose the pictures of camera {name} again")
+            raise FacewrightError(f"{path} is not a folder: choose the pictures of camera {name} again")
     cameras = [(name, [path]) for name, path in folders]
     return watch(calibrate_rig(cameras, options=CalibrateOptions(**options)))
 
@@ -101,7 +101,7 @@ def add_folder(settings: Any, path: str) -> str:
     """Add a folder of pictures, named as it is; gives the name."""
     folder = Path(path)
     if not folder.is_dir():
-        raise FacewrightError(f"{path} is no folder: choose one with a camera's pictures of the board")
+        raise FacewrightError(f"{path} is not a folder: choose one with a camera's pictures of the board")
     row = settings.folders.add()
     row.name, row.path = folder.name, str(folder)
     return row.name

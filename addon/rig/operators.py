@@ -3,14 +3,14 @@
 import bpy
 
 from ..calibrate.actions import BoardSettings, LensSettings, set_camera
-from ..engine import FacewrightError, Rig
+from ..engine import Rig
 from ..jobs import Work
-from ..modal import FileOperator, Result, WorkOperator, idle
+from ..modal import OpenOperator, Result, SaveOperator, WorkOperator, idle, reported, saved_as
 from . import actions
 
 
 class FACEWRIGHT_OT_add_rig_folder(bpy.types.Operator):
-    """Add a camera by the folder of its pictures of the board"""
+    """Add a camera, given the folder of its pictures of the board"""
 
     bl_idname = "facewright.add_rig_folder"
     bl_label = "Add Camera"
@@ -24,23 +24,20 @@ class FACEWRIGHT_OT_add_rig_folder(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def execute(self, context: bpy.types.Context) -> Result:
-        try:
-            name = actions.add_folder(context.scene.facewright_rig, bpy.path.abspath(self.directory))
-        except FacewrightError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        self.report({"INFO"}, f"Camera {name} added")
-        return {"FINISHED"}
+        return reported(self, lambda: f"Camera {self._add(context)} added")
+
+    def _add(self, context: bpy.types.Context) -> str:
+        return actions.add_folder(context.scene.facewright_rig, bpy.path.abspath(self.directory))
 
 
 class FACEWRIGHT_OT_remove_rig_folder(bpy.types.Operator):
-    """Take this camera off the list; its pictures stay"""
+    """Remove this camera from the list; its pictures stay"""
 
     bl_idname = "facewright.remove_rig_folder"
     bl_label = "Remove Camera"
     bl_options = {"REGISTER", "UNDO"}
 
-    index: bpy.props.IntProperty(name="Camera", description="Its place in the list", min=0, options={"SKIP_SAVE"})
+    index: bpy.props.IntProperty(name="Camera", description="Its position in the list", min=0, options={"SKIP_SAVE"})
 
     def execute(self, context: bpy.types.Context) -> Result:
         folders = context.scene.facewright_rig.folders
@@ -51,7 +48,7 @@ class FACEWRIGHT_OT_remove_rig_folder(bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_calibrate_rig(WorkOperator, bpy.types.Operator):
-    """Calibrate all cameras at once, and where they stand, from pictures of one board at the same moments"""
+    """Calibrate all cameras and their poses together, from pictures of one board taken at the same moments"""
 
     bl_idname = "facewright.calibrate_rig"
     bl_label = "Calibrate Rig"
@@ -60,7 +57,7 @@ class FACEWRIGHT_OT_calibrate_rig(WorkOperator, bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if len(context.scene.facewright_rig.folders) < actions.FEWEST:
-            cls.poll_message_set("Add the folders of two cameras or more first")
+            cls.poll_message_set("First add the folders of two or more cameras")
             return False
         return idle(cls)
 
@@ -74,30 +71,23 @@ class FACEWRIGHT_OT_calibrate_rig(WorkOperator, bpy.types.Operator):
         return actions.set_rig(context.scene, result)
 
 
-class FACEWRIGHT_OT_open_rig(FileOperator, bpy.types.Operator):
+class FACEWRIGHT_OT_open_rig(OpenOperator, bpy.types.Operator):
     """Open a rig.json"""
 
     bl_idname = "facewright.open_rig"
     bl_label = "Open Rig"
-    bl_options = {"REGISTER", "UNDO"}
-
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
-    filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
 
     def work(self, context: bpy.types.Context, path: str) -> str:
         return actions.set_rig(context.scene, Rig.read(path))
 
 
-class FACEWRIGHT_OT_save_rig(FileOperator, bpy.types.Operator):
+class FACEWRIGHT_OT_save_rig(SaveOperator, bpy.types.Operator):
     """Save the rig as rig.json, for other scenes and the command line"""
 
     bl_idname = "facewright.save_rig"
     bl_label = "Save Rig"
-    bl_options = {"REGISTER"}
 
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH", default="rig.json", options={"SKIP_SAVE"})
-    filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
-    check_existing: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+    filepath: saved_as("rig.json")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -108,7 +98,7 @@ class FACEWRIGHT_OT_save_rig(FileOperator, bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_forget_rig(bpy.types.Operator):
-    """Take the rig out of the scene; the camera that was chosen stays"""
+    """Remove the rig from the scene; the chosen camera stays"""
 
     bl_idname = "facewright.forget_rig"
     bl_label = "Forget Rig"
@@ -133,14 +123,12 @@ class FACEWRIGHT_OT_choose_rig_camera(bpy.types.Operator):
         return has_rig(cls, context)
 
     def execute(self, context: bpy.types.Context) -> Result:
-        try:
-            camera = actions.choose(context.scene, self.name)
-        except FacewrightError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+        return reported(self, lambda: self._choose(context))
+
+    def _choose(self, context: bpy.types.Context) -> str:
+        camera = actions.choose(context.scene, self.name)
         set_camera(context.scene, camera.to_json())
-        self.report({"INFO"}, f"The clip was filmed with {self.name}, focal {camera.fx:.1f} px")
-        return {"FINISHED"}
+        return f"The clip was filmed with {self.name}, focal {camera.fx:.1f} px"
 
 
 def has_rig(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:

@@ -6,11 +6,11 @@ import bpy
 class FacewrightRigFolder(bpy.types.PropertyGroup):
     """A camera of a rig, and the pictures of the board that it took."""
 
-    name: bpy.props.StringProperty(name="Camera", description="What to call the camera")
+    name: bpy.props.StringProperty(name="Camera", description="Name of the camera")
     path: bpy.props.StringProperty(
         name="Pictures",
-        description="Folder of the camera's pictures of the board. Those of one moment have the same number at the end "
-        "of their names in all folders, or the same place in the order",
+        description="Folder of the camera's pictures of the board. Pictures of one moment have the same number at "
+        "the end of their names in all folders, or the same position in the order",
         subtype="DIR_PATH",
     )
 
@@ -24,5 +24,7 @@ class FacewrightRig(bpy.types.PropertyGroup):
         name="Camera", description="The rig's camera that filmed the clip; empty if none was chosen", default=""
     )
     fingerprint: bpy.props.StringProperty(
-        name="Fingerprint", description="Of the camera that was chosen, to tell when another one is used", default=""
+        name="Fingerprint",
+        description="Fingerprint of the chosen camera, to notice when another one is used",
+        default="",
     )

@@ -45,20 +45,22 @@ class Footage:
             raise FacewrightError("the last frame must come after the first")
         frames = tuple(frame for frame in self.frames if first <= frame.clip_frame <= last)
         if not frames:
-            raise FacewrightError(f"{self.clip} has nothing from frame {first} to {last}")
+            raise FacewrightError(f"{self.clip} has no frames from {first} to {last}")
         return replace(self, frames=frames)
 
     def clip_frames(self, names: Sequence[str], size: tuple[int, int], what: str) -> NDArray[np.int64]:
         """The clip's numbers of named frames; of other names, by order. `what` has them: a plural, for complaints."""
         if size != self.size:
             (width, height), (w, h) = size, self.size
-            raise FacewrightError(f"{what} were made at {width} × {height}, {self.clip} is {w} × {h}: another clip")
+            raise FacewrightError(
+                f"{what} were made at {width} × {height}, but {self.clip} is {w} × {h}: they are of another clip"
+            )
         known = {frame.name: frame.clip_frame for frame in self.frames}
         if all(name in known for name in names):
             return np.array([known[name] for name in names], np.int64)
         if len(names) != len(self.frames):
             counted = f"{what} have {len(names)} frames, {self.clip} has {len(self.frames)}"
-            raise FacewrightError(f"{counted} with other names: another clip")
+            raise FacewrightError(f"{counted} with other names: they are of another clip")
         return np.array([frame.clip_frame for frame in self.frames], np.int64)
 
 

@@ -50,7 +50,7 @@ def tracked(source: Footage, settings: Settings) -> Work[Tracks]:
         if complaint:
             raise FacewrightError(complaint)
     if len(source.frames) < 2:
-        raise FacewrightError(f"{source.clip} has one frame only: tracking needs two and more")
+        raise FacewrightError(f"{source.clip} has only one frame: tracking needs two or more")
     return _tracked(source, settings)
 
 
@@ -91,7 +91,7 @@ def place(clip: Any, tracks: Tracks) -> str:
     used = sum(frame.used for frame in tracks.frames)
     parts = [f"{outcome.written} tracks in {used} of {len(tracks.frames)} frames", *_kept(outcome)]
     if outcome.doubled:
-        parts.append(f"{outcome.doubled} new ones left out where kept ones are")
+        parts.append(f"{outcome.doubled} new ones left out as duplicates")
     if outcome.aside:
         parts.append(f"{outcome.aside} stays for its plane tracks")
     return "; ".join(parts)

@@ -2,23 +2,34 @@
 
 import bpy
 
-from ..engine import FacewrightError, Tracks
+from ..engine import Tracks
 from ..jobs import Work
-from ..modal import ClipOperator, FileOperator, Result, WorkOperator, has_clip, has_tracks, idle
+from ..modal import (
+    ClipOperator,
+    OpenOperator,
+    Result,
+    SaveOperator,
+    WorkOperator,
+    has_clip,
+    has_tracks,
+    idle,
+    reported,
+    saved_as,
+)
 from . import actions
 
 
 class FACEWRIGHT_OT_track(ClipOperator, WorkOperator, bpy.types.Operator):
     """Track points of the face through the clip, as markers that can be edited.
 
-    A second run replaces the tracks of the first, but those that were locked or edited"""
+    A second run replaces the tracks of the first, except those that were locked or edited"""
 
     bl_idname = "facewright.track"
     bl_label = "Track Face"
     # Not REGISTER: the redo panel would run it all again, blocking, at every change.
     bl_options = {"UNDO"}
 
-    clip: bpy.props.StringProperty(name="Movie Clip", description="The editor's if empty", options={"SKIP_SAVE"})
+    clip: bpy.props.StringProperty(name="Movie Clip", description="If empty, the editor's clip", options={"SKIP_SAVE"})
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -35,16 +46,13 @@ class FACEWRIGHT_OT_track(ClipOperator, WorkOperator, bpy.types.Operator):
         return actions.place(self.movie_clip(context), result)
 
 
-class FACEWRIGHT_OT_open_tracks(ClipOperator, FileOperator, bpy.types.Operator):
+class FACEWRIGHT_OT_open_tracks(ClipOperator, OpenOperator, bpy.types.Operator):
     """Open a tracks.json of this clip as markers"""
 
     bl_idname = "facewright.open_tracks"
     bl_label = "Open Tracks"
-    bl_options = {"REGISTER", "UNDO"}
 
-    clip: bpy.props.StringProperty(name="Movie Clip", description="The editor's if empty", options={"SKIP_SAVE"})
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
-    filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
+    clip: bpy.props.StringProperty(name="Movie Clip", description="If empty, the editor's clip", options={"SKIP_SAVE"})
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -54,17 +62,14 @@ class FACEWRIGHT_OT_open_tracks(ClipOperator, FileOperator, bpy.types.Operator):
         return actions.open_file(path, self.movie_clip(context))
 
 
-class FACEWRIGHT_OT_save_tracks(ClipOperator, FileOperator, bpy.types.Operator):
-    """Save the face's tracks as they are now as tracks.json, for the command line"""
+class FACEWRIGHT_OT_save_tracks(ClipOperator, SaveOperator, bpy.types.Operator):
+    """Save the face's tracks in their current state as tracks.json, for the command line"""
 
     bl_idname = "facewright.save_tracks"
     bl_label = "Save Tracks"
-    bl_options = {"REGISTER"}
 
-    clip: bpy.props.StringProperty(name="Movie Clip", description="The editor's if empty", options={"SKIP_SAVE"})
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH", default="tracks.json", options={"SKIP_SAVE"})
-    filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
-    check_existing: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+    clip: bpy.props.StringProperty(name="Movie Clip", description="If empty, the editor's clip", options={"SKIP_SAVE"})
+    filepath: saved_as("tracks.json")
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -75,23 +80,17 @@ class FACEWRIGHT_OT_save_tracks(ClipOperator, FileOperator, bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_remove_tracks(ClipOperator, bpy.types.Operator):
-    """Take the face's tracks out of the clip; your own and those that are locked stay"""
+    """Remove the face's tracks from the clip; your own and locked ones stay"""
 
     bl_idname = "facewright.remove_tracks"
     bl_label = "Remove Tracks"
     bl_options = {"REGISTER", "UNDO"}
 
-    clip: bpy.props.StringProperty(name="Movie Clip", description="The editor's if empty", options={"SKIP_SAVE"})
+    clip: bpy.props.StringProperty(name="Movie Clip", description="If empty, the editor's clip", options={"SKIP_SAVE"})
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return has_tracks(cls, context)
 
     def execute(self, context: bpy.types.Context) -> Result:
-        try:
-            message = actions.remove(self.movie_clip(context))
-        except FacewrightError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        self.report({"INFO"}, message)
-        return {"FINISHED"}
+        return reported(self, lambda: actions.remove(self.movie_clip(context)))

@@ -20,7 +20,7 @@ class FacewrightTrack(bpy.types.PropertyGroup):
     last: bpy.props.IntProperty(name="Last", description="Last frame, as on the timeline", default=250)
     points: bpy.props.IntProperty(
         name="Points",
-        description="How many points are wanted in each of the frames in which points of the face are chosen",
+        description="How many points to track from each reference frame",
         default=200,
         min=8,
         max=5000,
@@ -29,12 +29,12 @@ class FacewrightTrack(bpy.types.PropertyGroup):
     method: bpy.props.EnumProperty(
         name="Method",
         items=[
-            ("default", "Default", "Patches turned with the head, over the whole clip"),
+            ("default", "Default", "Patches warped with the head, over the whole clip"),
             ("paper", "Paper", "The steps of Liang, Pan, Chen 2004"),
         ],
     )
     use_window: bpy.props.BoolProperty(
-        name="Known Window", description="Give the size of the pattern instead of one that fits the face"
+        name="Known Window", description="Set the size of the pattern instead of deriving it from the face"
     )
     window: bpy.props.IntProperty(
         name="Pattern", description="Side of the pattern that is tracked, pixels", default=15, min=3, max=101, step=2

@@ -4,7 +4,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import bpy
@@ -61,6 +61,23 @@ def engine() -> ModuleType:
 def generic_face(scene_head: ModuleType, engine: ModuleType) -> bpy.types.Object:
     """The generic head in the scene."""
     return scene_head.place(bpy.context.scene, engine.generic_head())
+
+
+@pytest.fixture
+def clips(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> SimpleNamespace:
+    """A clip of each of two people whom the library then knows."""
+    from people import ANNA, BEN, clip_of, library
+
+    library(monkeypatch)
+    return SimpleNamespace(anna=clip_of(tmp_path, ANNA), ben=clip_of(tmp_path, BEN))
+
+
+@pytest.fixture
+def grown(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
+    """From then on, Anna's clip shows her a little older."""
+    from people import BEN, OLDER_ANNA, library
+
+    return lambda: library(monkeypatch, (OLDER_ANNA, BEN))
 
 
 @pytest.fixture

@@ -25,6 +25,9 @@ class Person:
 
 
 ANNA, BEN = Person("Anna", 0.9, 200), Person("Ben", 1.2, 60)
+OLDER_ANNA = Person("Anna", 1.0, 220)
+# The clips of both, `anna` and `ben`.
+Clips = SimpleNamespace
 
 
 def result(person: Person) -> Any:
@@ -144,3 +147,16 @@ def select(*objects: bpy.types.Object) -> None:
 def reopened(path: Path) -> None:
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
     bpy.ops.wm.open_mainfile(filepath=str(path))
+
+
+def collection_of(obj: bpy.types.Object) -> bpy.types.Collection:
+    (home,) = obj.users_collection
+    return home
+
+
+def duplicated(*objects: bpy.types.Object, linked: bool = False) -> dict[str, bpy.types.Object]:
+    """Copies that Blender makes of objects, by the part that they are of."""
+    select(*objects)
+    before = set(bpy.data.objects)
+    assert bpy.ops.object.duplicate(linked=linked) == {"FINISHED"}
+    return {obj["facewright_part"]: obj for obj in set(bpy.data.objects) - before}

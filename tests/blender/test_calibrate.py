@@ -87,7 +87,7 @@ def test_a_picture_that_fits_badly_is_pointed_out(calibrated: Any, tmp_path: Pat
     path.write_text(json.dumps(camera))
     bpy.ops.facewright.open_camera(filepath=str(path))
     assert [row.name for row in calibrated.pictures if row.bad] == ["board_3", "board_5"]
-    assert "times worse than the median" in calibrated.pictures["board_3"].reason
+    assert "times the median picture's" in calibrated.pictures["board_3"].reason
 
 
 def grey(path: Path, width: int, height: int) -> None:
@@ -304,7 +304,7 @@ def test_a_rig_is_calibrated_and_drawn(tmp_path: Path) -> None:
     for number, given in enumerate((rig, str(rig))):
         library.save_calibration_picture(given, str(tmp_path / f"{number}.svg"))
         assert (tmp_path / f"{number}.svg").read_bytes().startswith(b"<svg")
-    with pytest.raises(library.FacewrightError, match="does not tell of the boards"):
+    with pytest.raises(library.FacewrightError, match="does not say which boards"):
         library.save_calibration_picture(json.dumps(NUMBERS), str(tmp_path / "none.svg"))
 
 

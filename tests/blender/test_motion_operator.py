@@ -91,7 +91,7 @@ def test_looking_through_sets_camera_size_and_view(clip: bpy.types.MovieClip) ->
     assert area.spaces.active.region_3d.view_perspective == "CAMERA"
     for eye in [obj for obj in scene.objects if obj.type == "CAMERA"]:
         bpy.data.objects.remove(eye)
-    with pytest.raises(RuntimeError, match="find the motion again"):
+    with pytest.raises(RuntimeError, match="solve it again"):
         bpy.ops.facewright.look_through()
 
 
@@ -103,8 +103,8 @@ def pose(rows: Any) -> dict[str, Any]:
 
 BAD = {
     "no motion": ({"cameras": []}, "cannot be read: it holds no motion"),
-    "a broken pose": (pose([[1.0] * 4] * 4), "of frame frame_06 is no rotation"),
-    "another size": (solution(camera=TRUTH["camera"] | {"width": 640}), "640 × 300, frame_00.jpg is 400 × 300"),
+    "a broken pose": (pose([[1.0] * 4] * 4), "of frame frame_06 is not a rotation"),
+    "another size": (solution(camera=TRUTH["camera"] | {"width": 640}), "640 × 300, but frame_00.jpg is 400 × 300"),
     "other frames": (solution(names=[f"x{k}" for k in range(9)]), "have 9 frames, frame_00.jpg has 21"),
     "no pose": (solution(frames=[]), "none of its frames has a pose"),
 }
@@ -129,7 +129,7 @@ def test_bad_clips_and_lengths_get_a_sentence_and_change_nothing(
 ) -> None:
     asked, scene, solve = solver(), bpy.context.scene, bpy.ops.facewright.motion
     before, settings = snapshot(), scene.facewright_motion
-    with pytest.raises(RuntimeError, match="there is no movie clip nothing"):
+    with pytest.raises(RuntimeError, match="there is no movie clip named nothing"):
         solve(clip="nothing")
     scene.facewright_camera.text = json.dumps(TRUTH["camera"] | {"width": 640})
     with pytest.raises(RuntimeError, match="is 400 × 300, the camera was calibrated at 640 × 300"):
@@ -138,7 +138,7 @@ def test_bad_clips_and_lengths_get_a_sentence_and_change_nothing(
     with pytest.raises(RuntimeError, match="choose the two tracks of the measured length"):
         solve()
     settings.length_from, settings.length_to = "FW skin 0000", "gone"
-    with pytest.raises(RuntimeError, match="gone is no track of the face"):
+    with pytest.raises(RuntimeError, match="gone is not a track of the face"):
         solve()
     with pytest.raises(RuntimeError, match="0 tracks of the face are selected"):
         bpy.ops.facewright.length_from_selection()

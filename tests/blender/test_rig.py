@@ -51,7 +51,7 @@ def test_the_camera_that_filmed_the_clip_is_chosen(rig_json: Path, settings: Any
     assert json.loads(camera.text)["fx"] == pytest.approx(520.0, abs=0.5)
     bpy.ops.facewright.forget_camera()
     assert actions.chosen(bpy.context.scene) == "", "another camera is used now"
-    with pytest.raises(RuntimeError, match="the rig has no camera middle: it has left, right"):
+    with pytest.raises(RuntimeError, match="the rig has no camera middle: its cameras are left, right"):
         bpy.ops.facewright.choose_rig_camera(name="middle")
     bpy.ops.facewright.choose_rig_camera(name="left")
     bpy.ops.facewright.forget_rig()
@@ -62,17 +62,17 @@ def test_what_is_no_rig_gets_a_sentence_and_changes_nothing(settings: Any, tmp_p
     before, operators = snapshot(), bpy.ops.facewright
     assert not operators.calibrate_rig.poll() and not operators.save_rig.poll()
     assert not operators.choose_rig_camera.poll()
-    with pytest.raises(RuntimeError, match="is no folder"):
+    with pytest.raises(RuntimeError, match="is not a folder"):
         operators.add_rig_folder(directory=str(tmp_path / "none"))
     add(tmp_path, "left", "right")
     settings.folders[1].name = "left"
-    with pytest.raises(RuntimeError, match="two cameras are called left"):
+    with pytest.raises(RuntimeError, match="two cameras are named left"):
         operators.calibrate_rig()
     settings.folders[1].name = ""
     with pytest.raises(RuntimeError, match="has no name"):
         operators.calibrate_rig()
     settings.folders[1].name, settings.folders[1].path = "right", str(tmp_path / "gone")
-    with pytest.raises(RuntimeError, match="is no folder: choose the pictures of camera right again"):
+    with pytest.raises(RuntimeError, match="is not a folder: choose the pictures of camera right again"):
         operators.calibrate_rig()
     assert operators.remove_rig_folder(index=1) == {"FINISHED"} and [f.name for f in settings.folders] == ["left"]
     for content, sentence in (("{", "is not JSON"), ("[]", "holds no rig"), ('{"cameras": 3}', "its cameras is")):

@@ -32,7 +32,7 @@ BAD = {
     "no tracks": ('{"cameras": []}', "holds no tracks"),
     "another size": (
         changed(camera=TRUTH["camera"] | {"width": 640, "height": 480}),
-        "640 × 480, frame_00.jpg is 400 × 300",
+        "640 × 480, but frame_00.jpg is 400 × 300",
     ),
     "other frames": (json.dumps(made_up(names=[f"x{k}" for k in range(30)])), "have 30 frames, frame_00.jpg has 21"),
     "a broken track": (changed(tracks=[{"id": 7, "region": "skin", "reference": 0}]), "track 7 has no observations"),
@@ -58,7 +58,7 @@ def test_bad_tracks_get_a_sentence_and_change_nothing(
 def test_bad_clips_get_a_sentence_and_change_nothing(clip: bpy.types.MovieClip, library: Any, tmp_path: Path) -> None:
     asked, track, scene = library(), bpy.ops.facewright.track, bpy.context.scene
     before = snapshot()
-    with pytest.raises(RuntimeError, match="there is no movie clip nothing"):
+    with pytest.raises(RuntimeError, match="there is no movie clip named nothing"):
         track(clip="nothing")
     scene.facewright_camera.text = json.dumps(TRUTH["camera"] | {"width": 640})
     with pytest.raises(RuntimeError, match="is 400 × 300, the camera was calibrated at 640 × 300"):
@@ -68,10 +68,10 @@ def test_bad_clips_get_a_sentence_and_change_nothing(clip: bpy.types.MovieClip, 
     with pytest.raises(RuntimeError, match="the last frame must come after the first"):
         track(clip=clip.name)
     scene.facewright_track.first, scene.facewright_track.last = 90, 95
-    with pytest.raises(RuntimeError, match="nothing from frame 90 to 95"):
+    with pytest.raises(RuntimeError, match="no frames from 90 to 95"):
         track(clip=clip.name)
     scene.facewright_track.first, scene.facewright_track.last = 3, 3
-    with pytest.raises(RuntimeError, match="one frame only"):
+    with pytest.raises(RuntimeError, match="only one frame"):
         track(clip=clip.name)
     clip.filepath = str(tmp_path / "gone.mp4")
     with pytest.raises(RuntimeError, match="does not exist"):

@@ -27,7 +27,7 @@ def test_greyed_buttons(addon: ModuleType) -> None:
 def test_in_the_editor_its_clip_is_used(tracked: bpy.types.MovieClip, library: Any) -> None:
     library()
     other = bpy.data.movieclips.load(str(CLIP / "frames/frame_03.jpg"))
-    with pytest.raises(RuntimeError, match="no movie clip is shown"):
+    with pytest.raises(RuntimeError, match="no movie clip is open"):
         bpy.ops.facewright.track()
     panel, tracks = bpy.types.FACEWRIGHT_PT_tracks, bpy.ops.facewright.save_tracks
     assert in_editor(other, lambda: panel.poll(bpy.context) and not tracks.poll())

@@ -56,7 +56,7 @@ def test_a_new_track_at_the_place_of_a_kept_one_is_left_out(tracked: bpy.types.M
     for there in off.markers:
         there.mute = True
     message = place(tracked, made_up())
-    assert message == "10 tracks in 20 of 21 frames; kept: 1 locked, 1 edited; 2 new ones left out where kept ones are"
+    assert message == "10 tracks in 20 of 21 frames; kept: 1 locked, 1 edited; 2 new ones left out as duplicates"
     assert 3 not in by_id(read(tracked)), "what was switched off does not come back"
 
 

@@ -4,6 +4,7 @@ import importlib
 import os
 import sys
 from io import BytesIO
+from pathlib import Path
 from types import ModuleType
 from zipfile import ZipFile
 
@@ -20,3 +21,12 @@ def facewright(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
             content.extractall(folder)
     sys.path.insert(0, str(folder))
     return importlib.import_module("facewright")
+
+
+@pytest.fixture(scope="session")
+def assets(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The generic head and the nets."""
+    folder = tmp_path_factory.mktemp("extension")
+    with ZipFile(os.environ["FACEWRIGHT_ZIP"]) as extension:
+        extension.extractall(folder, [name for name in extension.namelist() if name.startswith("assets/")])
+    return folder / "assets"

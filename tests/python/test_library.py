@@ -53,7 +53,7 @@ def test_options_are_read_as_they_were_given() -> None:
         ("lengths", [(1, 2)], (TypeError, ValueError), "lengths: "),
         ("lengths", [(1, 2, -3.0)], ValueError, "a measured length must be longer than 0 mm"),
         ("interocular_mm", 620.0, ValueError, "the distance between the eyes must be 40 to 90 mm"),
-        ("interocular_mm", {}, TypeError, "dict is no number"),
+        ("interocular_mm", {}, TypeError, "dict is not a number"),
     ],
 )
 def test_an_option_that_cannot_be_is_refused(field: str, value: Any, kind: Any, sentence: str) -> None:

@@ -94,11 +94,11 @@ BROKEN: dict[str, tuple[Callable[[Content], Any], str]] = {
     "no frame posed": (lambda whole: [f.update(cam_from_head=None) for f in whole["frames"]], "none of its frames"),
     "a pose of three rows": (posed([1.0] * 4, [1.0] * 4, [1.0] * 4), "frame frame_0 has 3 values"),
     "a pose of words": (frame_with(cam_from_head="x"), "frame frame_0 is string"),
-    "a pose that stretches": (posed([2.0, 0, 0, 0], [0, 1.0, 0, 0], [0, 0, 1.0, 0], LAST), "frame_0 is no rotation"),
-    "a pose that mirrors": (posed([-1.0, 0, 0, 0], [0, 1.0, 0, 0], [0, 0, 1.0, 0], LAST), "frame_0 is no rotation"),
+    "a pose that stretches": (posed([2.0, 0, 0, 0], [0, 1.0, 0, 0], [0, 0, 1.0, 0], LAST), "frame_0 is not a rotation"),
+    "a pose that mirrors": (posed([-1.0, 0, 0, 0], [0, 1.0, 0, 0], [0, 0, 1.0, 0], LAST), "frame_0 is not a rotation"),
     "a pose with a perspective": (
         posed([1.0, 0, 0, 0], [0, 1.0, 0, 0], [0, 0, 1.0, 0], [0, 0, 1.0, 1.0]),
-        "no rotation",
+        "not a rotation",
     ),
     "an error in words": (
         frame_with(reprojection_rms_px="small"),
@@ -116,7 +116,7 @@ BROKEN: dict[str, tuple[Callable[[Content], Any], str]] = {
     "a point that may move": (point_with(moves="no"), "the moves of point 7 is string"),
     "no error": (lambda whole: whole.update(reprojection_rms_px=None), "its reprojection_rms_px is null"),
     "no number at all": (lambda whole: whole.update(reprojection_rms_px=float("inf")), "it is not JSON"),
-    "feet": (lambda whole: whole["scale"].update(metres_per_unit=0.3048), "its unit is no metre"),
+    "feet": (lambda whole: whole["scale"].update(metres_per_unit=0.3048), "its unit is not the metre"),
     "a scale from nowhere": (lambda whole: whole["scale"].pop("source"), "its scale has no source"),
     "no roughness": (lambda whole: whole.update(roughness={}), "its roughness has no rotation_deg"),
     "warnings that are numbers": (lambda whole: whole.update(warnings=[1]), "is integer 1, not a string"),

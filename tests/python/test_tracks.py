@@ -114,7 +114,7 @@ def test_a_track_is_put_together(facewright: ModuleType) -> None:
     with pytest.raises(ValueError, match="2 frames need"):
         facewright.Track(9, region="skin", points=[[1, 2]], sigmas=[0.1], **seen)
     nowhere = facewright.Track(9, region="skin", points=[[1, 2], [3, np.nan]], sigmas=[0.1, 0.2], **seen)
-    for tracks_of, sentence in (([nowhere], "no finite number"), ([made, made], "the track 9 twice")):
+    for tracks_of, sentence in (([nowhere], "not a finite number"), ([made, made], "the track 9 twice")):
         with pytest.raises(facewright.FacewrightError, match=sentence):
             tracks.with_tracks(tracks_of)
 
@@ -169,7 +169,7 @@ BROKEN: dict[str, tuple[Callable[[Content], Any], str]] = {
     "a frame that may be used": (frame_with(used="yes"), 'the used of frame frame_1 is string "yes", not a boolean'),
     "a pose of three rows": (frame_with(cam_from_head=[[1.0] * 4] * 3), "cam_from_head of frame frame_1 has 3 values"),
     "a pose of words": (frame_with(cam_from_head=[["x"] * 4] * 4), "frame frame_1 is string"),
-    "a pose that stretches": (frame_with(cam_from_head=np.diag([2.0, 1, 1, 1]).tolist()), "frame_1 is no rotation"),
+    "a pose that stretches": (frame_with(cam_from_head=np.diag([2.0, 1, 1, 1]).tolist()), "frame_1 is not a rotation"),
     "a frame twice": (frame_with(name="frame_0"), "the frame frame_0 twice"),
     "no number": (track_with(id="a"), "the id of track a is string"),
     "a track twice": (lambda whole: whole["tracks"].append(copy.deepcopy(whole["tracks"][0])), "the track 4 twice"),

@@ -8,7 +8,7 @@ use synthetic::Random;
 const TRIPLES: usize = 300;
 /// Rounds in which the points that agree choose the similarity anew.
 const ROUNDS: usize = 10;
-/// Points count as long as they are off by no more than so many robust deviations.
+/// Points count as long as they are off by no more than this many robust standard deviations.
 const AGREEING: f64 = 3.0;
 /// Standard deviations of a normal number per median of its absolute value.
 const SIGMA_PER_MEDIAN: f64 = 1.4826;

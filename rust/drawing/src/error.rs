@@ -6,7 +6,7 @@ use std::path::PathBuf;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DrawingError {
     /// The file's name has an extension that is none of a drawing.
-    #[error("{path} names no kind of drawing that can be written: let it end in .svg, .pdf or .png")]
+    #[error("{path} does not say what kind of drawing to write: end its name in .svg, .pdf or .png")]
     Format {
         /// The file.
         path: PathBuf,

@@ -53,14 +53,16 @@ pub enum FacewrightError {
     #[error("only one frame: film the head while it turns to both sides, and give at least two frames")]
     OneFrame,
     /// No face anywhere.
-    #[error("no face was found in any of the {frames} frames: is the head in the picture, upright and lit?")]
+    #[error(
+        "no face was found in any of the {frames} frames: film the head upright, well lit and large in the picture"
+    )]
     NoFace {
-        /// Frames looked at.
+        /// Frames searched.
         frames: usize,
     },
     /// Too few frames are usable.
     #[error(
-        "only {usable} of {frames} frames can be used ({reasons}): film the face sharp, uncovered and with a quiet expression"
+        "only {usable} of {frames} frames can be used ({reasons}): film the face in focus, uncovered and with a neutral expression"
     )]
     TooFewUsable {
         /// Usable frames.
@@ -71,20 +73,20 @@ pub enum FacewrightError {
         reasons: String,
     },
     /// The head does not turn.
-    #[error("the head turns by {degrees:.0}° only: depth cannot be seen. Turn it at least 15° to each side")]
+    #[error("the head turns by only {degrees:.0}°, too little to measure depth: turn it at least 15° to each side")]
     NoRotation {
         /// Range of yaw, degrees.
         degrees: f64,
     },
     /// The picture of the head grows, but it does not turn.
     #[error(
-        "the head grows by {:.0} % in the picture but turns by {degrees:.0}° only: neither a zoom nor a step towards the camera shows its depth. Keep the lens as it is and turn the head at least 15° to each side",
+        "the head grows by {:.0} % in the picture but turns by only {degrees:.0}°: neither zooming nor moving closer shows its depth. Keep the zoom fixed and turn the head at least 15° to each side",
         100.0 * (growth - 1.0)
     )]
     OnlyZoom {
         /// Largest size over the smallest.
         growth: f64,
-        /// Range of turns, degrees.
+        /// Range of yaw, degrees.
         degrees: f64,
     },
     /// The camera belongs to other pictures.
@@ -111,25 +113,25 @@ pub enum FacewrightError {
         /// What the detector said of the others.
         hint: String,
     },
-    /// Pictures of a rig that can't be put together.
+    /// Pictures of a rig that cannot be matched by moment.
     #[error(
-        "each camera of a rig needs a picture for each moment, with the same number at the end of its name or in the same order: {counts}"
+        "every camera of a rig needs one picture per moment, with the same number at the end of its name or in the same order: {counts}"
     )]
     RigPictures {
         /// Pictures of each camera.
         counts: String,
     },
     /// A camera that a rig does not have.
-    #[error("the rig has no camera {name}: it has {known}")]
+    #[error("the rig has no camera {name}: its cameras are {known}")]
     RigCamera {
         /// Its name.
         name: String,
         /// Those that it has.
         known: String,
     },
-    /// Films of a rig that do not show one head at the same moments.
+    /// Clips of a rig that do not show one head at the same moments.
     #[error(
-        "the films of {a} and {b} do not show the same moments, or the rig was moved: {reason}. Let them begin at the same moment"
+        "the clips of {a} and {b} do not show the same moments, or the rig was moved: {reason}. Trim them to start at the same moment"
     )]
     RigMoments {
         /// One camera.
@@ -141,15 +143,15 @@ pub enum FacewrightError {
     },
     /// Cameras of a rig that see the head from one direction.
     #[error(
-        "the cameras see the head from directions only {degrees:.1}° apart: depth cannot be seen. Set them up 10° to 25° apart as the head sees them, and calibrate the rig again"
+        "the cameras see the head from directions only {degrees:.1}° apart, too little to measure depth: set them up 10° to 25° apart as seen from the head, and calibrate the rig again"
     )]
     RigNarrow {
         /// Angle between the directions, degrees.
         degrees: f64,
     },
-    /// A result of a rig where frames of one camera were given.
+    /// A result of a rig, with the frames of one camera.
     #[error(
-        "this head was made from the films of several cameras: give the frames of each, like {first}=DIR; its cameras are {known}"
+        "this head was made from the clips of several cameras: give the frames of each, like {first}=DIR; its cameras are {known}"
     )]
     RigResult {
         /// Name of the first one.
@@ -175,7 +177,7 @@ pub enum FacewrightError {
     },
     /// The generic head or the nets are missing.
     #[error(
-        "{path} is missing: run `cargo x head`, or point FACEWRIGHT_ASSETS to the folder that holds generic_head.safetensors.gz and nets/"
+        "{path} is missing: run `cargo x head`, or set FACEWRIGHT_ASSETS to the folder that holds generic_head.safetensors.gz and nets/"
     )]
     NoAssets {
         /// What was looked for.
@@ -188,34 +190,34 @@ pub enum FacewrightError {
         found: usize,
     },
     /// Faces that cannot be used.
-    #[error("these are no faces of this clip: {reason}")]
+    #[error("these faces do not belong to this clip: {reason}")]
     Faces {
         /// What is wrong with them.
         reason: String,
     },
     /// Tracks that cannot be used.
-    #[error("these are no tracks of this clip: {reason}")]
+    #[error("these tracks do not belong to this clip: {reason}")]
     Tracks {
         /// What is wrong with them.
         reason: String,
     },
     /// A motion that cannot be used.
-    #[error("this is no motion of this clip: {reason}")]
+    #[error("this motion does not belong to this clip: {reason}")]
     OtherMotion {
         /// What is wrong with it.
         reason: String,
     },
     /// A measured length between points that are not fixed.
-    #[error("point {id} has no fixed place on the head: measure between two points that the motion shows as fixed")]
+    #[error("point {id} has no fixed place on the head: measure between two points that the motion marks as fixed")]
     Length {
         /// Number of the point's track.
         id: usize,
     },
-    /// Tracks without the distance of the pupils.
+    /// Tracks without an interpupillary distance.
     #[error("these tracks do not say how far apart the pupils are: track again, or give a length between two points")]
     NoPupils,
     /// No frame of the clip has the name.
-    #[error("there is no frame {name} with a face in the clip: the frames are named {first} to {last}")]
+    #[error("no frame with a face is named {name}: the frames are {first} to {last}")]
     NoSuchFrame {
         /// The name.
         name: String,

@@ -40,7 +40,7 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), FacewrightError> {
 /// Writes a file, whole or not at all.
 pub(crate) fn write_bytes(path: &Path, bytes: Vec<u8>) -> Result<(), FacewrightError> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let name = path.file_name().ok_or_else(|| unwritable(path, &"it is no file name"))?;
+    let name = path.file_name().ok_or_else(|| unwritable(path, &"it is not a file name"))?;
     write_together(folder, &[(name, bytes)])
 }
 

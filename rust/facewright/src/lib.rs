@@ -1,13 +1,13 @@
 //! From frames of a turning head to a head that can be animated.
 //!
 //! # Entry points
-//! - [`FrameSet::open`], [`Assets::load`], [`reconstruct()`]: the whole path; [`Reconstruction::write`] leaves its files.
-//! - [`reconstruct_on_rig`]: the same from several cameras whose places are known, films or one photograph each.
+//! - [`FrameSet::open`], [`Assets::load`], [`reconstruct()`]: the whole pipeline; [`Reconstruction::write`] writes its files.
+//! - [`reconstruct_on_rig`]: the same from several cameras whose poses are known, with a clip or one photograph of each.
 //! - [`calibrate()`], [`pictures::board`], [`match_pair`], [`find_faces`], [`track()`], [`solve_motion`], [`overlay()`]: the other commands.
 //! - [`pictures`] draws calibrations, matches and boards, which [`write_drawing`] writes; [`program`] is the command line.
 //!
 //! # Order of work
-//! faces → track → motion → shape → unseen → features → eyes → keys → texture → result: `rust/README.md` tells what each does and where.
+//! faces → track → motion → shape → unseen → features → eyes → keys → texture → result: `rust/README.md` says what each does and where.
 //!
 //! # Example
 //! ```no_run

@@ -1,4 +1,4 @@
-//! A head from the films, or from one photograph each, of several calibrated cameras.
+//! A head from the clips, or from one photograph each, of several calibrated cameras.
 
 use crate::motion::Rig;
 use crate::reconstruct::run;
@@ -20,7 +20,7 @@ pub struct RigFrames {
     pub frames: FrameSet,
 }
 
-/// Reconstructs the head that the cameras of a rig filmed at the same moments, or took one photograph each of: their places give its
+/// Reconstructs the head that the cameras of a rig filmed at the same moments, or took one photograph each of: their poses give its
 /// poses and its true size. Nothing is written.
 ///
 /// Frames are brought to one camera without distortion, which the result has as its camera; its frames are named
@@ -28,9 +28,27 @@ pub struct RigFrames {
 ///
 /// # Errors
 /// Those of [`crate::reconstruct()`]; [`FacewrightError::RigCamera`] for a camera that the rig does not have,
-/// [`FacewrightError::OtherCamera`] for frames of another size, [`FacewrightError::RigPictures`] for films of different lengths,
-/// [`FacewrightError::RigMoments`] for films of other moments, [`FacewrightError::RigNarrow`] for cameras that see no depth;
+/// [`FacewrightError::OtherCamera`] for frames of another size, [`FacewrightError::RigPictures`] for clips of different lengths,
+/// [`FacewrightError::RigMoments`] for clips of other moments, [`FacewrightError::RigNarrow`] for cameras that see no depth;
 /// [`FacewrightError::Option`] for the paper's method, which knows of one camera, and for a known size.
+///
+/// # Examples
+/// ```no_run
+/// use facewright::{Assets, CalibratedRig, FrameSet, ReconstructOptions, RigFrames, reconstruct_on_rig};
+/// use geometry::Progress;
+/// use std::path::Path;
+///
+/// let progress = Progress::new();
+/// let rig = CalibratedRig::read(Path::new("rig.json"))?;
+/// let mut clips = Vec::new();
+/// for camera in ["left", "right"] {
+///     clips.push(RigFrames { camera: camera.to_owned(), frames: FrameSet::open(&[camera.into()], &progress)? });
+/// }
+/// let assets = Assets::load(&Assets::default_folder())?;
+/// let head = reconstruct_on_rig(&clips, &rig, &assets, &ReconstructOptions::default(), &progress)?;
+/// head.write(Path::new("out"))?;
+/// # Ok::<(), facewright::FacewrightError>(())
+/// ```
 pub fn reconstruct_on_rig(
     films: &[RigFrames],
     rig: &CalibratedRig,
@@ -66,12 +84,15 @@ fn check(films: &[RigFrames], options: &ReconstructOptions) -> Result<(), Facewr
         return Err(FacewrightError::Option { name: "the method on a rig", expected: "the default one" });
     }
     if options.size.interocular_mm.is_some() || !options.size.lengths.is_empty() {
-        return Err(FacewrightError::Option { name: "the size on a rig", expected: "left to its cameras' places" });
+        return Err(FacewrightError::Option {
+            name: "the size on a rig",
+            expected: "left to the positions of its cameras",
+        });
     }
     let is_once = |film: &RigFrames| films.iter().filter(|other| other.camera == film.camera).count() == 1;
     if films.len() < 2 || !films.iter().all(is_once) {
         return Err(FacewrightError::Option {
-            name: "the films of a rig",
+            name: "the clips of a rig",
             expected: "two or more, of different cameras",
         });
     }

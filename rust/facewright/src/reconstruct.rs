@@ -65,6 +65,23 @@ const WEIGHTS: [f64; 5] = [30.0, 30.0, 10.0, 10.0, 20.0];
 /// # Errors
 /// Those of [`crate::find_faces`], [`crate::track()`] and [`crate::solve_motion`]; [`FacewrightError::TooFewUsable`] where hardly a frame
 /// is sharp, uncovered and quiet; [`FacewrightError::Cancelled`].
+///
+/// # Examples
+/// ```no_run
+/// use facewright::{Assets, FrameSet, Given, ReconstructOptions, SourcedCamera, reconstruct};
+/// use geometry::Progress;
+/// use std::path::Path;
+///
+/// let progress = Progress::new();
+/// let frames = FrameSet::open(&["clip.mp4".into()], &progress)?;
+/// let assets = Assets::load(&Assets::default_folder())?;
+/// let given = Given { camera: Some(SourcedCamera::read(Path::new("camera.json"))?), ..Given::default() };
+/// let options = ReconstructOptions { texture_size: 4096, ..ReconstructOptions::default() };
+/// let head = reconstruct(&frames, &assets, &given, &options, &progress)?;
+/// head.report.warnings.iter().for_each(|warning| eprintln!("{warning}"));
+/// head.write(Path::new("out"))?;
+/// # Ok::<(), facewright::FacewrightError>(())
+/// ```
 pub fn reconstruct(
     frames: &FrameSet,
     assets: &Assets,

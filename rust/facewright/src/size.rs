@@ -1,4 +1,4 @@
-//! What is known of the head's size from outside of the pictures.
+//! What is known of the head's size besides the pictures.
 
 use crate::FacewrightError;
 use clap::Args;
@@ -50,11 +50,10 @@ impl FromStr for KnownLength {
 #[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SizeOptions {
-    /// Distance between the eyes' centres, millimetres, when it is known
+    /// Interpupillary distance, millimetres, if it is known
     #[arg(long, value_name = "MM")]
     pub interocular_mm: Option<f64>,
-    /// Length between two tracks that was measured on the head, numbers of the tracks and millimetres: overrides all else that is known of
-    /// its size
+    /// Length measured on the head between two tracks: their numbers and millimetres; overrides all else that is known of the head's size
     #[arg(long = "length", value_name = "A:B=MM")]
     pub lengths: Vec<KnownLength>,
 }

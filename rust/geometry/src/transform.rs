@@ -124,7 +124,7 @@ impl TryFrom<Rows> for Transform {
     type Error = &'static str;
 
     fn try_from(rows: Rows) -> Result<Self, Self::Error> {
-        Self::from_rows(&rows.0).ok_or("is no rotation with a translation")
+        Self::from_rows(&rows.0).ok_or("is not a rotation with a translation")
     }
 }
 
@@ -167,7 +167,7 @@ mod tests {
         let mirrored = t.rows().map(|[x, y, z, w]| [-x, -y, -z, w]);
         assert!(Transform::from_rows(&mirrored).is_none());
         let error = serde_json::from_str::<Transform>("[[2,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]").unwrap_err();
-        assert!(error.to_string().starts_with("is no rotation"));
+        assert!(error.to_string().starts_with("is not a rotation"));
         assert_eq!(
             serde_json::from_str::<Transform>(&serde_json::to_string(&t.rows()).unwrap()).unwrap().rows(),
             t.rows()

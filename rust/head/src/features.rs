@@ -35,7 +35,7 @@ pub struct FeatureFrame<'a> {
 /// How features are aligned.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FeatureOptions {
-    /// Frames turned by more than this are not looked at, radians: from the side the net guesses.
+    /// Frames with more yaw than this are not used, radians: from the side the net guesses.
     pub largest_turn: f64,
     /// How far features are off before they are aligned, metres, one standard deviation.
     pub expected: f64,

@@ -3,10 +3,10 @@
 //! # Entry points
 //! - [`GenericHead`]: topology, UVs, identity class, expression keys, landmark anchors.
 //! - [`fit::fit_landmarks`], [`fit::fit_cloud`]: from observations to the person's head.
-//! - [`deform`]: carries the whole head along with measured features.
+//! - [`deform`]: warps the whole head to measured features.
 //! - [`features::align_features`]: lips, lids and brows slid to where the frames show them.
 //! - [`surface::SkinSurface`]: closest points on the skin.
-//! - [`transfer::KeyTransfer`]: all expression keys carried over to the person.
+//! - [`transfer::KeyTransfer`]: all expression keys transferred to the person.
 //! - [`eyes`]: eyeballs fitted to sockets and irises; lashes, teeth and tongue. [`eyes_paper`]: the paper's eyes.
 //! - [`expressions::expressions`], [`visemes::viseme_keys`]: named sums of keys.
 //!

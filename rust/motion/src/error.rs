@@ -18,8 +18,8 @@ pub enum MotionError {
     },
     /// The two frames show the same view.
     #[error(
-        "the head hardly turns between these two frames ({agree} of {total} points move as if nothing had turned), \
-         so its depth cannot be told: choose frames in which it has turned by 10 to 15 degrees"
+        "the head hardly turns between these two frames ({agree} of {total} points move as if it did not), \
+         so its depth cannot be measured: choose frames in which it has turned by 10 to 15 degrees"
     )]
     NoParallax {
         /// Matches that a mere turn of the camera explains.
@@ -83,7 +83,7 @@ pub enum MotionError {
         count: usize,
     },
     /// A number that must be finite, or positive, is not.
-    #[error("{name} is {value}, which makes no sense here")]
+    #[error("{name} is {value}, which is out of range")]
     BadNumber {
         /// Which number.
         name: &'static str,
@@ -102,8 +102,8 @@ pub enum MotionError {
     },
     /// All cameras stand in one place.
     #[error(
-        "the head does not turn or move between the frames of these {observations} observations, so no depth can be told: \
-         start from poses that differ, or film a head that turns"
+        "the head does not turn or move between the frames of these {observations} observations, so depth cannot be \
+         measured: start from poses that differ, or film a head that turns"
     )]
     NoDepth {
         /// Observations given.

@@ -50,9 +50,9 @@ impl Handle {
     }
 }
 
-/// The generic head and the landmark nets of a folder, read when a job first needs them and kept for all further ones.
+/// The generic head and the landmark nets in a folder, read when a job first needs them and kept for later ones.
 ///
-/// It is taken wherever `assets=` is, from any thread.
+/// Pass it as `assets=`, from any thread.
 #[pyclass(frozen, module = "facewright")]
 pub struct Assets(Handle);
 

@@ -55,7 +55,7 @@ pub fn calibrate(
     })
 }
 
-/// Calibrate cameras that saw one board at the same moments, and where they stand; the job's result is a Rig.
+/// Calibrate cameras that saw one board at the same moments, and find their poses; the job's result is a Rig.
 ///
 /// `cameras` are (name, pictures), two or more. Pictures with the same number at the end of their names belong to one
 /// moment; without numbers, the k-th ones of all cameras do. `options`, `picture` and errors are those of calibrate;

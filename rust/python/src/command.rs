@@ -16,10 +16,10 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// How often signals are looked at.
+/// How often signals are polled.
 const POLL: Duration = Duration::from_millis(50);
 
-/// A command line that was read: the command's word, its files and options.
+/// A command line that was parsed: the command's name, its files and options.
 #[pyclass(frozen, module = "facewright")]
 pub struct Command {
     arguments: Arguments,
@@ -39,13 +39,13 @@ impl Command {
 
 #[pymethods]
 impl Command {
-    /// The command's word, like "track".
+    /// The command's name, like "track".
     #[getter]
     fn name(&self) -> &str {
         &self.name
     }
 
-    /// What it reads and writes, by the names that the help has: paths as text, None where nothing was given.
+    /// What it reads and writes, under the names in the help: paths as text, None where nothing was given.
     #[getter]
     fn files<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         dictionary(py, &self.files)
@@ -66,31 +66,31 @@ impl Command {
         }))
     }
 
-    /// Folder of the assets, where one was given.
+    /// Folder of the assets, if one was given.
     #[getter]
     fn assets(&self) -> Option<PathBuf> {
         self.arguments.assets.clone()
     }
 
-    /// Whether the result shall be printed as JSON.
+    /// Whether to print the result as JSON.
     #[getter]
     fn json(&self) -> bool {
         self.arguments.json
     }
 }
 
-/// Read a command line of the `facewright` program, without its name, and do nothing yet.
+/// Parse a command line of the `facewright` program, without its name, and run nothing.
 ///
-/// `program` is what the help and errors call it. Raises UsageError where it cannot be read, and where help is asked for.
+/// `program` is its name in help and errors. Raises UsageError if it cannot be parsed, or if help is asked for.
 #[pyfunction]
 #[pyo3(signature = (arguments, *, program = "facewright"))]
 pub fn parse_command(py: Python<'_>, arguments: Vec<OsString>, program: &str) -> PyResult<Command> {
     Command::new(program::parse(program, arguments).map_err(|e| usage(py, &e))?)
 }
 
-/// Do what a command line of the `facewright` program asks for and print what it prints; the exit code.
+/// Run a command line of the `facewright` program, print what it prints, and return the exit code.
 ///
-/// `program` is what the help and errors call it. An interrupt cancels the work.
+/// `program` is its name in help and errors. An interrupt cancels the work.
 #[pyfunction]
 #[pyo3(signature = (arguments, *, program = "facewright"))]
 pub fn run(py: Python<'_>, arguments: Vec<OsString>, program: &str) -> PyResult<u8> {
@@ -105,5 +105,5 @@ pub fn run(py: Python<'_>, arguments: Vec<OsString>, program: &str) -> PyResult<
         }
     }
     interrupted?;
-    py.detach(|| thread.join()).map_err(|_| PyRuntimeError::new_err("Facewright failed inside; please report it"))
+    py.detach(|| thread.join()).map_err(|_| PyRuntimeError::new_err("Facewright failed internally; please report it"))
 }

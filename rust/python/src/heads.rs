@@ -94,7 +94,7 @@ pub fn track(
     })
 }
 
-/// Solve for the head's pose in every frame and the places of its points; the job's result is a Motion.
+/// Solve for the head's pose in every frame and the positions of its points; the job's result is a Motion.
 ///
 /// `tracks` are Tracks, `camera` a Camera to take instead of theirs, or the texts of their files. `options` or further
 /// keywords are those of MotionOptions; `lengths` are (number of a track, number of another, millimetres between them)

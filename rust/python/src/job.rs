@@ -18,7 +18,7 @@ pub enum Output {
     Text(String),
     /// A camera.
     Camera(Box<facewright::CameraFile>),
-    /// Calibrated cameras and where they stand.
+    /// Calibrated cameras and their poses.
     Rig(Box<facewright::CalibratedRig>),
     /// Faces in the frames of a clip.
     Faces(Box<facewright::Faces>),
@@ -80,15 +80,15 @@ impl Job {
 
 #[pymethods]
 impl Job {
-    /// Name of the present stage, the part of the whole work that is done, 0 to 1, and seconds left.
+    /// Name of the present stage, the fraction of the whole work that is done, 0 to 1, and seconds left.
     ///
-    /// The part never falls; the seconds are None as long as the work so far tells nothing of them.
+    /// The fraction never decreases; the seconds are None until they can be estimated.
     fn progress(&self) -> (String, f64, Option<f64>) {
         let ProgressSnapshot { stage, fraction, remaining_s } = self.progress.snapshot();
         (stage, fraction, remaining_s)
     }
 
-    /// Whether result() returns at once.
+    /// Whether result() returns immediately.
     fn finished(&self) -> bool {
         let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner);
         thread.as_ref().is_none_or(JoinHandle::is_finished)
@@ -101,12 +101,12 @@ impl Job {
 
     /// Wait for the result. Raises FacewrightError, or Cancelled. Call once.
     fn result(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        let thread = self.take().ok_or_else(|| PyRuntimeError::new_err("the result was taken already"))?;
+        let thread = self.take().ok_or_else(|| PyRuntimeError::new_err("the result has already been taken"))?;
         let outcome = py.detach(|| thread.join().ok().flatten());
         match outcome {
             Some(Ok(output)) => output.into_python(py),
             Some(Err(error)) => Err(raise(&error)),
-            None => Err(FacewrightError::new_err("Facewright failed inside; please report it with these frames")),
+            None => Err(FacewrightError::new_err("Facewright failed internally; please report it with these frames")),
         }
     }
 }

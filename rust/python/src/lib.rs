@@ -1,4 +1,4 @@
-//! Python binding: checks arguments, starts jobs, hands arrays over. Nothing is computed here.
+//! Python binding: checks arguments, starts jobs, passes arrays on. Nothing is computed here.
 
 mod assets;
 mod cameras;

@@ -178,7 +178,7 @@ options_class!(
 options_class!(
     BoardOptions,
     facewright::BoardOptions,
-    "A board that is filmed: a checkerboard of inner corners, or separate black squares.",
+    "The board that was filmed: a checkerboard of inner corners, or separate black squares.",
     facewright::BoardOptions::validate
 );
 options_class!(

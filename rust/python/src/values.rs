@@ -23,7 +23,7 @@ pub(crate) fn to_json(object: &Bound<'_, PyAny>) -> PyResult<Value> {
     }
     number(object).ok_or_else(|| {
         let kind = object.get_type().name().map_or_else(|_| "this".to_owned(), |name| name.to_string());
-        PyTypeError::new_err(format!("{kind} is no number, text, truth value or sequence of them"))
+        PyTypeError::new_err(format!("{kind} is not a number, a string, a boolean or a sequence of these"))
     })
 }
 

@@ -1,7 +1,7 @@
 //! Scenes with known truth, for tests and benches only.
 //!
 //! # Entry points
-//! - [`Scene::turning_head`]: a head-like cloud of points turning before a still camera, with noise, wrong matches and a
+//! - [`Scene::turning_head`]: a head-like cloud of points turning in front of a still camera, with noise, wrong matches and a
 //!   background that stands still.
 //! - [`Random`]: a small seeded generator, uniform and normal.
 //!

@@ -5,12 +5,13 @@ use crate::run::{cargo, run, say};
 use std::process::Command;
 
 /// Folders with Python.
-const PYTHON: [&str; 7] = [
+const PYTHON: [&str; 8] = [
     "addon",
     "tests",
     "blend_fixtures",
     "rust/assets/tests",
     "rust/bench/peers",
+    "rust/python/examples",
     "rust/python/python",
     "rust/xtask/python",
 ];

@@ -130,6 +130,6 @@ fn films_that_do_not_belong_together_are_refused_in_words() {
     assert!(refused(&shorter).contains("21 of left, 20 of right"), "{}", refused(&shorter));
     let mut stranger = together.clone();
     stranger[1].camera = "middle".to_owned();
-    assert!(refused(&stranger).contains("no camera middle: it has left, right"), "{}", refused(&stranger));
+    assert!(refused(&stranger).contains("no camera middle: its cameras are left, right"), "{}", refused(&stranger));
     assert!(refused(&together[..1]).contains("two or more"));
 }

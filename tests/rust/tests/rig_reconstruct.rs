@@ -274,9 +274,9 @@ fn what_cannot_be_one_head_is_refused_in_words() {
     assert!(on(&films, &other, &usual).contains("calibrated at 1280x480"), "{}", on(&films, &other, &usual));
     let narrow = rig([lens(0), lens(1)], Transform::new(Rotation3::identity(), Vec3::new(-0.01, 0.0, 0.0)));
     let found = on(&films, &narrow, &usual);
-    assert!(found.contains("only") && found.contains("° apart: depth cannot be seen"), "{found}");
+    assert!(found.contains("only") && found.contains("° apart, too little to measure depth"), "{found}");
     films[1].camera = "middle".to_owned();
-    assert!(refused(&films).contains("no camera middle: it has left, right"), "{}", refused(&films));
+    assert!(refused(&films).contains("no camera middle: its cameras are left, right"), "{}", refused(&films));
     films[1].camera = "left".to_owned();
     assert!(refused(&films).contains("of different cameras"), "{}", refused(&films));
     let one = FrameSet::open(&[folder.path().join("right/0000.png")], &Progress::new()).unwrap();

@@ -152,7 +152,7 @@ fn a_head_is_reconstructed_from_given_tracks_and_not_from_those_of_another_clip(
     let mut other = FILM.tracks.clone();
     other.frames.swap(0, 1);
     let refused = by(other);
-    assert!(refused.err().unwrap().to_string().starts_with("these are no tracks of this clip"));
+    assert!(refused.err().unwrap().to_string().starts_with("these tracks do not belong to this clip"));
 }
 
 #[test]
@@ -161,5 +161,5 @@ fn options_that_cannot_be_are_refused_before_the_work() {
     assert!(refused(TrackClipOptions { window: Some(8), ..options() }).contains("odd number"));
     assert!(refused(TrackClipOptions { points: 1, ..options() }).contains("8 to 5000"));
     let nowhere = TrackClipOptions { from: Some("elsewhere".to_owned()), ..options() };
-    assert!(refused(nowhere).contains("no frame elsewhere"));
+    assert!(refused(nowhere).contains("is named elsewhere"));
 }

@@ -21,6 +21,6 @@ pub struct Frame {
 pub struct Track {
     /// The frame in which it was chosen.
     pub reference: usize,
-    /// Frame, two pixels and their deviation, by frame.
+    /// Frame, two pixels and their standard deviation, by frame.
     pub observations: Vec<(usize, f64, f64, f64)>,
 }

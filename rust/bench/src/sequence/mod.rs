@@ -3,7 +3,7 @@
 //! Both sides get the same observations, of which some are wrong, and the same camera, whose focal length is right or has to
 //! be found. Ours is also told rough poses, as landmarks of a face tell them; the peer, COLMAP's incremental mapper, has no
 //! way to be told them. Another way of ours is not told them either and begins, like the peer, with a pair of frames. All of
-//! ours know the deviation of the noise, of which the peer knows nothing but what it is set to tolerate.
+//! ours know the standard deviation of the noise, of which the peer knows nothing but what it is set to tolerate.
 //!
 //! Which observations belong to one point is known to both. The peer takes that as matches of pairs of frames, which it
 //! first verifies; its time stands with and without that.

@@ -49,14 +49,14 @@ impl Grid {
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct BoardOptions {
-    /// Inner corners of a checkerboard, columns x rows; several for boards of which any may be shown: 9x6,8x5
+    /// Inner corners of a checkerboard, columns x rows; several if any of several boards may be shown: 9x6,8x5
     #[arg(long, default_values_t = Self::default().inner, value_parser = inner, value_delimiter = ',')]
     #[serde(deserialize_with = "one_or_several")]
     pub inner: Vec<Grid>,
-    /// Black squares apart from each other instead, columns x rows
+    /// Separate black squares instead of a checkerboard, columns x rows
     #[arg(long, value_parser = squares, conflicts_with = "inner")]
     pub squares: Option<Grid>,
-    /// White between two such squares, millimetres (default: the side of a square)
+    /// White gap between two separate squares, millimetres (default: the side of a square)
     #[arg(long, requires = "squares")]
     pub gap_mm: Option<f64>,
     /// Side of a square, millimetres
@@ -85,7 +85,7 @@ impl BoardOptions {
     /// The only board, where just one will do.
     pub fn board(&self) -> Result<Board, FacewrightError> {
         let [board] = self.boards()[..] else {
-            return Err(FacewrightError::Option { name: "the board", expected: "of one size here" });
+            return Err(FacewrightError::Option { name: "the board", expected: "of a single size here" });
         };
         Ok(board)
     }
@@ -104,10 +104,10 @@ impl BoardOptions {
             return refused("the gap between two squares", "longer than 0 mm");
         }
         if self.squares.is_some_and(|squares| !squares.is_at_least(2)) {
-            return refused("a board of separate squares", "at least 2x2");
+            return refused("the number of separate squares", "at least 2x2");
         }
         if self.inner.is_empty() || !self.inner.iter().all(|inner| inner.is_at_least(3)) {
-            return refused("a checkerboard", "of at least 3x3 inner corners");
+            return refused("the number of inner corners", "at least 3x3");
         }
         Ok(())
     }

@@ -12,7 +12,7 @@ const MAX_PICTURES: usize = 60;
 /// A picture blurred by this many times the median is taken only where there are few.
 const MAX_BLUR: f64 = 2.0;
 /// Why a picture was found and not used.
-pub(super) const TOO_ALIKE: &str = "much like another picture, which was used";
+pub(super) const TOO_ALIKE: &str = "too similar to another picture, which was used";
 
 /// The pictures to calibrate from, in their order: all with a board, or those that differ most.
 pub(super) fn choose(detections: &[Detection], boards: &[Board], size: (u32, u32)) -> Vec<usize> {

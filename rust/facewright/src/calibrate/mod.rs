@@ -32,12 +32,12 @@ const PARTS: [f64; 2] = [0.7, 0.3];
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Bend {
-    /// The board is taken to be flat; a clear bend is warned of
+    /// Assume a flat board, and warn of a clear bend
     Never,
-    /// Where that predicts each picture better that was left out
+    /// If it predicts every held-out picture better
     #[default]
     Judged,
-    /// In any case
+    /// In every case
     Always,
 }
 
@@ -52,13 +52,13 @@ pub struct CalibrateOptions {
     /// Radial distortion terms, 0 to 3
     #[arg(long, default_value_t = Self::default().distortion_terms, value_parser = clap::value_parser!(u8).range(0..=3))]
     pub distortion_terms: u8,
-    /// Solve for tangential distortion too
+    /// Also solve for tangential distortion
     #[arg(long)]
     pub tangential: bool,
     /// One focal length for both directions
     #[arg(long)]
     pub square_pixels: bool,
-    /// When to solve for a board that is not flat; a rig's only always
+    /// When to solve for a board that is not flat; for a rig only with `always`
     #[arg(long, value_enum, default_value_t)]
     pub bend: Bend,
 }
@@ -157,6 +157,21 @@ pub struct CalibratedCamera {
 }
 
 /// Calibrates a camera by Zhang's method from pictures of a board.
+///
+/// # Examples
+/// ```no_run
+/// use facewright::{BoardOptions, CalibrateOptions, FrameSet, calibrate, write_json};
+/// use geometry::Progress;
+/// use std::path::Path;
+///
+/// let progress = Progress::new();
+/// let pictures = FrameSet::open(&["boards".into()], &progress)?;
+/// let board = BoardOptions { inner: vec![(9, 6).into()], square_mm: 25.5, ..BoardOptions::default() };
+/// let camera = calibrate(&pictures, &CalibrateOptions { board, ..CalibrateOptions::default() }, &progress)?;
+/// println!("reprojection error {:.3} px", camera.rms_px);
+/// write_json(Path::new("camera.json"), &camera)?;
+/// # Ok::<(), facewright::FacewrightError>(())
+/// ```
 pub fn calibrate(
     pictures: &FrameSet,
     options: &CalibrateOptions,
@@ -214,7 +229,7 @@ fn solve(
     };
     let Some(bent) = bent.ok().filter(better) else { return Ok((flat, None)) };
     let warning = format!(
-        "the board is not flat, it bulges by {:.2} ± {:.2} mm: this was allowed for, but a print glued onto glass or a stiff \
+        "the board bulges by {:.2} ± {:.2} mm: the calibration allowed for it, but a print glued onto glass or a stiff \
          board gives a better camera",
         bend.bulge_mm, bend.deviation_mm
     );

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Why a picture was found and not used.
-const ELSEWHERE: &str = "it shows the board elsewhere than the others, as if taken at another moment";
+const ELSEWHERE: &str = "it shows the board in a different place than the others do, as if taken at another moment";
 
 /// Why there is no picture of a moment.
 const NO_PICTURE: &str = "no picture of this moment";
@@ -87,6 +87,22 @@ impl CalibratedRig {
 }
 
 /// Calibrates several cameras and where they stand to each other, from pictures of one board taken at the same moments.
+///
+/// # Examples
+/// ```no_run
+/// use facewright::{CalibrateOptions, FrameSet, RigInput, calibrate_rig};
+/// use geometry::Progress;
+/// use std::path::Path;
+///
+/// let progress = Progress::new();
+/// let mut cameras = Vec::new();
+/// for name in ["left", "right"] {
+///     cameras.push(RigInput { name: name.to_owned(), pictures: FrameSet::open(&[name.into()], &progress)? });
+/// }
+/// let rig = calibrate_rig(&cameras, &CalibrateOptions::default(), &progress)?;
+/// rig.write(Path::new("rig.json"))?;
+/// # Ok::<(), facewright::FacewrightError>(())
+/// ```
 pub fn calibrate_rig(
     cameras: &[RigInput],
     options: &CalibrateOptions,

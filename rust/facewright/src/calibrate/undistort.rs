@@ -44,6 +44,20 @@ pub struct UndistortOptions {
 
 /// Writes each picture as PNG under its name, as a pinhole camera would have taken it, and that camera as `camera.json`; the
 /// camera is returned. Where the lens shows nothing, pixels are black.
+///
+/// # Examples
+/// ```no_run
+/// use facewright::{FrameSet, SourcedCamera, UndistortOptions, undistort};
+/// use geometry::Progress;
+/// use std::path::Path;
+///
+/// let progress = Progress::new();
+/// let frames = FrameSet::open(&["clip.mp4".into()], &progress)?;
+/// let camera = SourcedCamera::read(Path::new("camera.json"))?;
+/// let pinhole = undistort(&frames, &camera, &UndistortOptions::default(), Path::new("undistorted"), &progress)?;
+/// assert_eq!(pinhole.camera.k1, 0.0);
+/// # Ok::<(), facewright::FacewrightError>(())
+/// ```
 pub fn undistort(
     pictures: &FrameSet,
     camera: &SourcedCamera,

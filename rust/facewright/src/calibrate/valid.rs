@@ -59,7 +59,7 @@ fn validate_mounted(camera: &MountedCamera) -> Result<(), String> {
     camera.calibrated.validate().map_err(|reason| format!("camera {name}: {reason}"))?;
     mount.covariance.iter().try_for_each(|row| finite(row, || format!("the covariance of camera {name}")))?;
     for sigma in mount.rotation_deviations.iter().chain(&mount.translation_deviations) {
-        at_least_0(*sigma, || format!("a deviation of camera {name}"))?;
+        at_least_0(*sigma, || format!("a standard deviation of camera {name}"))?;
     }
     at_least_0(mount.baseline, || format!("the baseline of camera {name}"))?;
     at_least_0(mount.baseline_deviation, || format!("the baseline_deviation of camera {name}"))

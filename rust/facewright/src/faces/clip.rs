@@ -204,7 +204,7 @@ fn gaps(faces: &Faces) -> impl Iterator<Item = [usize; 2]> {
     (1..looked.len()).map(move |k| [looked[k - 1], looked[k]]).filter(|[a, b]| a + 1 < *b)
 }
 
-/// The middles of gaps over which the head moves too far to be foretold in between.
+/// The middles of gaps over which the head moves too far to be predicted in between.
 fn fast(clip: &Clip) -> Vec<usize> {
     let is_far = |[a, b]: &[usize; 2]| match (clip.known.pose(*a), clip.known.pose(*b)) {
         (Some(a), Some(b)) => is_far(&a, &b),

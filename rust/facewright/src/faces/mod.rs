@@ -80,6 +80,20 @@ impl Format for Faces {
 ///
 /// # Errors
 /// [`FacewrightError::NoFace`]; those of reading the frames; [`FacewrightError::Cancelled`].
+///
+/// # Examples
+/// ```no_run
+/// use facewright::{Assets, FrameSet, Given, find_faces};
+/// use geometry::Progress;
+/// use std::path::Path;
+///
+/// let progress = Progress::new();
+/// let frames = FrameSet::open(&["clip.mp4".into()], &progress)?;
+/// let assets = Assets::load(&Assets::default_folder())?;
+/// let faces = find_faces(&frames, &assets, &Given::default(), &progress)?;
+/// faces.write(Path::new("faces.json"))?;
+/// # Ok::<(), facewright::FacewrightError>(())
+/// ```
 pub fn find_faces(
     frames: &FrameSet,
     assets: &Assets,

@@ -18,7 +18,7 @@ pub(crate) fn once<T: Ord + Display>(names: impl Iterator<Item = T>, kind: &str)
 /// Refuses numbers that are none; `what` is what they are.
 pub(crate) fn finite(values: &[f64], what: impl FnOnce() -> String) -> Result<(), String> {
     let fine = values.iter().all(|value| value.is_finite());
-    if fine { Ok(()) } else { Err(format!("{} is no finite number", what())) }
+    if fine { Ok(()) } else { Err(format!("{} is not a finite number", what())) }
 }
 
 /// Refuses a number below 0, or none; what is not known is fine.

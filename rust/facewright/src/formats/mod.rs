@@ -69,7 +69,7 @@ pub(crate) fn write<T: Format>(path: &Path, value: &T) -> Result<(), FacewrightE
 
 /// A text as a value that was checked, or what is wrong with it.
 pub(crate) fn content<T: Format>(text: &str) -> Result<T, String> {
-    // Only what cannot be read is looked at again, slowly, to tell where.
+    // Only what cannot be read is parsed again, slowly, to say where.
     let value: T = serde_json::from_str(text).map_err(|_| complaint::<T>(text))?;
     value.validate()?;
     Ok(value)
@@ -88,7 +88,7 @@ fn complaint<T: Format>(text: &str) -> String {
         return format!("it holds no {}", T::HOLDS);
     }
     match serde_path_to_error::deserialize::<_, T>(&mut serde_json::Deserializer::from_str(text)) {
-        Ok(_) => "something follows after its end".to_owned(),
+        Ok(_) => "it goes on after its end".to_owned(),
         Err(error) => sentences::sentence(&whole, error.path(), &error.inner().to_string()),
     }
 }

@@ -25,7 +25,7 @@ use motion::two_view;
 const PAIR_DEG: (f64, f64) = (10.0, 15.0);
 /// A feature point farther from the general head than this was mismatched, metres.
 const FARTHEST_FEATURE: f64 = 0.025;
-/// Usual distance of the pupils, metres.
+/// Average interpupillary distance, metres.
 const PUPILS: f64 = 0.063;
 
 /// Skin steeper than this against the line of sight hides its features, cosine.

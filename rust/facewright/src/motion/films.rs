@@ -19,7 +19,7 @@ const LEAST_PARALLAX_RAD: f64 = 0.035;
 const LEAST_ANGLE_DEG: f64 = 6.0;
 /// … and where the head turns, so that they need tell its size only.
 const LEAST_ANGLE_OF_FILMS_DEG: f64 = 2.0;
-/// Films whose heads turn differently by more than this in the middle, by their landmarks, do not show the same moments, degrees.
+/// Clips whose head rotations, by their landmarks, differ by a median of more than this do not show the same moments, degrees.
 const OTHER_MOMENTS_DEG: f64 = 4.0;
 /// Nor do those of which no more than this part of the points agrees with one motion.
 const LEAST_AGREEMENT: f64 = 0.3;
@@ -65,7 +65,7 @@ impl Rig {
                 return Err(self.other_moments(
                     a,
                     b,
-                    format!("the head turns differently in them, by {off:.1}° in the middle"),
+                    format!("the head's rotation differs between them by {off:.1}° (median)"),
                 ));
             }
         }
@@ -114,13 +114,13 @@ pub(crate) fn solve_on_films(tracks: &Tracks, rig: &Rig, progress: &Progress) ->
     let rigid: Vec<bool> = judged.iter().map(|judged| *judged == Judged::Rigid).collect();
     let last = solve(&problem, tracks, rig, &rigid, progress)?;
     clock.lap("motion");
-    let scale = Scale::measured(format!("places of the cameras {}", rig.names.join(", ")), last.size_sigma);
+    let scale = Scale::measured(format!("positions of the cameras {}", rig.names.join(", ")), last.size_sigma);
     let options = MotionOptions::default();
     let known = Some(Size { factor: 1.0, scale });
     let motion = report::report(tracks, &problem, last.sequence, &judged, (&options, known), clock)?;
     if motion.rigid_agreement < LEAST_AGREEMENT {
         let part = 100.0 * motion.rigid_agreement;
-        return Err(rig.other_moments(0, 1, format!("only {part:.0} % of what was tracked agrees with one motion")));
+        return Err(rig.other_moments(0, 1, format!("only {part:.0} % of the tracked points fit a single motion")));
     }
     Ok(motion)
 }

@@ -25,7 +25,7 @@ pub struct FrameMotion {
     pub cam_from_head: Option<Transform>,
     /// Standard deviation of the rotation, degrees, root of the sum over the axes.
     pub rotation_sigma_deg: Option<f64>,
-    /// Standard deviation of the position at the head's middle, millimetres, root of the sum over the axes.
+    /// Standard deviation of the position at the head's centre, millimetres, root of the sum over the axes.
     pub translation_sigma_mm: Option<f64>,
     /// Root mean square distance of its points from where they are seen, pixels.
     pub reprojection_rms_px: Option<f64>,
@@ -75,7 +75,7 @@ impl PointMotion {
 pub struct Roughness {
     /// Of the rotation, degrees.
     pub rotation_deg: f64,
-    /// Of the middle of the points, millimetres.
+    /// Of the points' centre, millimetres.
     pub translation_mm: f64,
 }
 

@@ -34,11 +34,11 @@ pub use rig::{RigTracks, solve_motion_on_rig};
 use rigid::{Judged, judge};
 use serde::{Deserialize, Serialize};
 
-/// Standard deviation of the landmarks' rotations about each axis, radians: what they are off lasts for many frames.
+/// Standard deviation of the landmarks' rotations about each axis, radians: their errors last for many frames.
 pub(crate) const LANDMARK_SIGMA_RAD: f64 = 0.05;
 /// That of their positions along each axis, metres: they hold nothing but the frame of the head.
 pub(crate) const LANDMARK_SIGMA_M: f64 = 0.3;
-/// Standard deviation of the landmarks' head under a point, metres: it holds what a narrow turn leaves open.
+/// Standard deviation of the landmarks' head under a point, metres: it constrains what a narrow range of yaw leaves open.
 pub(crate) const SURFACE_SIGMA_M: f64 = 0.006;
 /// Distance of a right observation from its point at most, by the tracker, pixels …
 const TRACKER_PX: f64 = 1.0;
@@ -68,15 +68,33 @@ impl MotionOptions {
     }
 }
 
-/// Solves for the poses of all frames and the places of all points; with a calibrated `camera` instead of that of the tracks.
+/// Solves for the poses of all frames and the positions of all points; with a calibrated `camera` instead of that of the tracks.
 ///
 /// # Errors
 /// - [`FacewrightError::NoFace`], [`FacewrightError::OneFrame`], [`FacewrightError::NoRotation`],
-///   [`FacewrightError::OnlyZoom`]: the film shows no depth.
+///   [`FacewrightError::OnlyZoom`]: the clip shows no depth.
 /// - [`FacewrightError::OtherCamera`], [`FacewrightError::Option`], [`FacewrightError::Length`],
 ///   [`FacewrightError::NoPupils`]: what was given beside the tracks does not fit.
 /// - [`FacewrightError::TooFewUsable`], [`motion::MotionError`]: tracks and poses do not fit together.
 /// - [`FacewrightError::Cancelled`].
+///
+/// # Examples
+/// ```no_run
+/// use facewright::{MotionOptions, Tracks, solve_motion};
+/// use geometry::Progress;
+/// use std::path::Path;
+///
+/// let tracks = Tracks::read(Path::new("tracks.json"))?;
+/// let motion = solve_motion(&tracks, None, &MotionOptions::default(), &Progress::new())?;
+/// for frame in &motion.frames {
+///     match &frame.cam_from_head {
+///         Some(pose) => println!("{}: the head is {:.3} m away", frame.name, pose.translation.norm()),
+///         None => println!("{}: {}", frame.name, frame.reason),
+///     }
+/// }
+/// motion.write(Path::new("motion.json"))?;
+/// # Ok::<(), facewright::FacewrightError>(())
+/// ```
 pub fn solve_motion(
     tracks: &Tracks,
     camera: Option<&SourcedCamera>,

@@ -20,7 +20,7 @@ const GROUPS: usize = 8;
 const FEWEST_MOMENTS: usize = 2 * GROUPS;
 /// No size is believed to be known better than this, as part of it.
 const LEAST_SIGMA: f64 = 1e-6;
-/// Films whose heads turn differently by more than this in the middle do not show the same moments, degrees.
+/// Clips whose head rotations differ by a median of more than this do not show the same moments, degrees.
 const OTHER_MOMENTS_DEG: f64 = 2.0;
 
 /// The tracks of one camera's film.
@@ -50,7 +50,7 @@ pub fn solve_motion_on_rig(
     progress: &Progress,
 ) -> Result<HeadMotion, FacewrightError> {
     let [first, _, ..] = films else {
-        return Err(FacewrightError::Option { name: "the films of a rig", expected: "two or more" });
+        return Err(FacewrightError::Option { name: "the clips of a rig", expected: "two or more" });
     };
     if films.iter().any(|film| film.tracks.frames.len() != first.tracks.frames.len()) {
         let counts = films.iter().map(|film| format!("{} of {}", film.tracks.frames.len(), film.camera));
@@ -69,7 +69,7 @@ pub fn solve_motion_on_rig(
         (weights, sum) = (weights + weight, sum + weight * size.0);
     }
     let names = films.iter().map(|film| film.camera.as_str()).collect::<Vec<_>>().join(", ");
-    let scale = Scale::measured(format!("places of the cameras {names}"), (1.0 / weights).sqrt() / (sum / weights));
+    let scale = Scale::measured(format!("positions of the cameras {names}"), (1.0 / weights).sqrt() / (sum / weights));
     let mut motion = motions.swap_remove(0);
     motion.resize(sum / weights, scale);
     Ok(motion)
@@ -103,7 +103,7 @@ impl<'a> Pair<'a> {
         }
         let degrees = pair.disagreement_deg();
         if degrees > OTHER_MOMENTS_DEG {
-            return refused(format!("the head turns differently in them, by {degrees:.1}° in the middle"));
+            return refused(format!("the head's rotation differs between them by {degrees:.1}° (median)"));
         }
         Ok(pair)
     }
@@ -172,7 +172,11 @@ impl<'a> Pair<'a> {
 
     fn undetermined(&self) -> FacewrightError {
         let [a, b] = self.cameras.map(|camera| camera.name.clone());
-        FacewrightError::RigMoments { a, b, reason: "together they do not tell how far the head is".to_owned() }
+        FacewrightError::RigMoments {
+            a,
+            b,
+            reason: "together they do not determine how far away the head is".to_owned(),
+        }
     }
 }
 

@@ -50,8 +50,8 @@ pub(super) fn by_lengths(points: &[PointMotion], lengths: &[KnownLength]) -> Res
         sum += weight * known.length / found;
     }
     let source = match lengths {
-        [one] => format!("distance of points {} and {}, given as {:.1} mm", one.from, one.to, 1000.0 * one.length),
-        several => format!("{} lengths that were measured on the head", several.len()),
+        [one] => format!("distance between points {} and {}, given as {:.1} mm", one.from, one.to, 1000.0 * one.length),
+        several => format!("{} lengths measured on the head", several.len()),
     };
     Ok(Size { factor: sum / weights, scale: Scale::measured(source, (1.0 / weights).sqrt()) })
 }

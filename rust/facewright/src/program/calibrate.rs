@@ -32,7 +32,7 @@ pub struct CalibrateCommand {
     /// Camera file to write (default: camera.json, or rig.json)
     #[arg(short, long)]
     output: Option<PathBuf>,
-    /// Picture of boards, corners and errors to write: SVG, PDF or PNG
+    /// Drawing to write of boards, corners and errors: SVG, PDF or PNG
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
 }

@@ -9,10 +9,10 @@ use serde::Serialize;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Finds the face that a clip shows, in as many frames as tell where it is in all
+/// Finds the face in a clip: the nets run on some frames, points place it in the others
 #[derive(Clone, Debug, Args, Serialize)]
 pub struct FacesCommand {
-    /// Image files in the order of time, a folder, or a video
+    /// Image files in temporal order, a folder, or a video
     #[arg(required = true)]
     frames: Vec<PathBuf>,
     /// Calibrated camera; without it the focal length is estimated
@@ -32,7 +32,7 @@ impl FacesCommand {
         faces.write(&self.output)?;
         let (looked, seen) = faces.counts();
         let text = format!(
-            "a face in {seen} of {looked} frames looked at, of {} in all, in {}{}",
+            "a face in {seen} of the {looked} frames that the nets ran on, {} frames in all, in {}{}",
             frames.len(),
             self.output.display(),
             listed(&faces.warnings())

@@ -28,7 +28,7 @@ pub struct MatchCommand {
     /// Matches file to write
     #[arg(short, long, default_value = "matches.json")]
     output: PathBuf,
-    /// Picture of both frames with points and vectors before and after the correction to write: SVG, PDF or PNG
+    /// Drawing to write of both frames with their points and vectors, before and after the correction: SVG, PDF or PNG
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
 }

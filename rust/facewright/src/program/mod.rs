@@ -67,17 +67,17 @@ pub enum Command {
     Board(BoardCommand),
     /// Calibrates a camera, or a rig of several, from pictures of a board
     Calibrate(CalibrateCommand),
-    /// Takes the lens distortion out of pictures
+    /// Removes the lens distortion from pictures
     Undistort(UndistortCommand),
     /// Matches corners of the face between two frames
     Match(MatchCommand),
     /// Finds the face in the frames of a clip
     Faces(FacesCommand),
-    /// Tracks points of the face through a sequence
+    /// Tracks points of the face through a clip
     Track(TrackCommand),
-    /// Solves for the head's pose in every frame and the places of its points
+    /// Solves for the head's pose in every frame and the positions of its points
     Motion(MotionCommand),
-    /// Reconstructs the head
+    /// Reconstructs the head in a clip
     Reconstruct(ReconstructCommand),
     /// Draws a reconstructed head over its frames
     Overlay(OverlayCommand),

@@ -15,22 +15,22 @@ use std::path::{Path, PathBuf};
 /// Times of the steps where nothing is tracked yet, in parts: the frames are tracked, the motion is solved for.
 const PARTS: [f64; 2] = [0.8, 0.2];
 
-/// Solves for the head's pose in every frame and the places of its points
+/// Solves for the head's pose in every frame and the positions of its points
 #[derive(Clone, Debug, Args, Serialize)]
 pub struct MotionCommand {
-    /// Image files in the order of time, a folder, or a video
+    /// Image files in temporal order, a folder, or a video
     #[arg(required_unless_present = "tracks", conflicts_with_all = ["tracks", "rig"])]
     frames: Vec<PathBuf>,
-    /// Tracks of them, made before; with --rig of each of its cameras: left=FILE right=FILE
+    /// Existing tracks of the frames; with --rig those of each camera: left=FILE right=FILE
     #[arg(long, num_args = 1.., value_name = "FILE")]
     tracks: Vec<String>,
-    /// Calibrated cameras that filmed the head at the same moments: their places give its size
+    /// Calibrated cameras that filmed the head at the same moments: their positions give its size
     #[arg(long, requires = "tracks", conflicts_with_all = ["camera", "interocular_mm", "lengths"])]
     rig: Option<PathBuf>,
     /// Calibrated camera; without it the focal length is refined
     #[arg(long)]
     camera: Option<PathBuf>,
-    /// Faces in the same frames, found before
+    /// Faces already found in the same frames
     #[arg(long, value_name = "FILE", conflicts_with = "tracks")]
     faces: Option<PathBuf>,
     /// How it works.

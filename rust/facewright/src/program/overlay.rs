@@ -14,7 +14,7 @@ use std::path::PathBuf;
 pub struct OverlayCommand {
     /// Result folder of `reconstruct`
     result: PathBuf,
-    /// The frames it was made from; of a rig those of any of its cameras: left=FRAMES right=FRAMES
+    /// The frames it was made from; with a rig those of any of its cameras: left=FRAMES right=FRAMES
     #[arg(required = true)]
     frames: Vec<PathBuf>,
     /// Folder to write to

@@ -12,19 +12,19 @@ use serde::Serialize;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Reconstructs the head
+/// Reconstructs the head in a clip
 #[derive(Clone, Debug, Args, Serialize)]
 pub struct ReconstructCommand {
-    /// Image files, a folder, or a video; with --rig of each of its cameras: left=FRAMES right=FRAMES
+    /// Image files, a folder, or a video; with --rig those of each camera: left=FRAMES right=FRAMES
     #[arg(required = true)]
     frames: Vec<PathBuf>,
-    /// Calibrated cameras that filmed the head at the same moments, or took one photograph each: their places give its poses and size
+    /// Calibrated cameras that filmed the head at the same moments, or took one photograph each: their positions give its poses and size
     #[arg(long, value_name = "FILE", conflicts_with_all = ["camera", "faces", "tracks", "motion", "interocular_mm", "lengths"])]
     rig: Option<PathBuf>,
     /// Calibrated camera; without it the focal length is estimated
     #[arg(long)]
     camera: Option<PathBuf>,
-    /// Faces in the same frames, found before
+    /// Faces already found in the same frames
     #[arg(long, value_name = "FILE")]
     faces: Option<PathBuf>,
     /// Tracks of the same frames to use instead of tracking

@@ -9,16 +9,16 @@ use serde::Serialize;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Tracks points of the face through a sequence
+/// Tracks points of the face through a clip
 #[derive(Clone, Debug, Args, Serialize)]
 pub struct TrackCommand {
-    /// Image files in the order of time, a folder, or a video
+    /// Image files in temporal order, a folder, or a video
     #[arg(required = true)]
     frames: Vec<PathBuf>,
     /// Calibrated camera; without it the focal length is estimated
     #[arg(long)]
     camera: Option<PathBuf>,
-    /// Faces in the same frames, found before
+    /// Faces already found in the same frames
     #[arg(long, value_name = "FILE")]
     faces: Option<PathBuf>,
     /// How it works.

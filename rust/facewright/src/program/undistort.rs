@@ -9,7 +9,7 @@ use serde::Serialize;
 use serde_json::json;
 use std::path::PathBuf;
 
-/// Takes the lens distortion out of pictures
+/// Removes the lens distortion from pictures
 #[derive(Clone, Debug, Args, Serialize)]
 pub struct UndistortCommand {
     /// Image files, folders of them, or a video

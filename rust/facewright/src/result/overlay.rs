@@ -28,6 +28,19 @@ struct Node {
 ///
 /// # Errors
 /// [`FacewrightError::NoResult`], [`FacewrightError::OtherCamera`]; [`FacewrightError::RigResult`] for the result of a rig.
+///
+/// # Examples
+/// ```no_run
+/// use facewright::{FrameSet, overlay};
+/// use geometry::Progress;
+/// use std::path::Path;
+///
+/// let progress = Progress::new();
+/// let frames = FrameSet::open(&["clip.mp4".into()], &progress)?;
+/// let drawn = overlay(Path::new("out"), &frames, Path::new("overlays"), &progress)?;
+/// println!("{} of {} frames drawn", drawn.len(), frames.len());
+/// # Ok::<(), facewright::FacewrightError>(())
+/// ```
 pub fn overlay(
     result: &Path,
     frames: &FrameSet,

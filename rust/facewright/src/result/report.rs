@@ -43,7 +43,7 @@ pub struct Scale {
     pub source: String,
     /// Metres per unit of the files written: 1.
     pub metres_per_unit: f64,
-    /// Standard deviation of the size, as part of it; 0 in reports that do not tell.
+    /// Relative standard deviation of the size; 0 in reports that do not say.
     #[serde(default)]
     pub relative_sigma: f64,
     /// Whether it was measured on this head, by lengths or the places of cameras, instead of taken from what is usual.
@@ -67,14 +67,14 @@ impl Scale {
         Self { measured: true, ..Self::metric(source, relative_sigma) }
     }
 
-    /// By the eyes: their usual distance and size, or the distance of the pupils, metres, where it was measured.
+    /// By the eyes: their average distance and size, or the interpupillary distance, metres, where it was measured.
     pub(crate) fn of_eyes(interocular: Option<f64>) -> Self {
         match interocular {
             Some(metres) => {
-                let source = format!("distance between the pupils, given as {:.1} mm", 1000.0 * metres);
+                let source = format!("interpupillary distance, given as {:.1} mm", 1000.0 * metres);
                 Self::metric(source, PUPILS_SIGMA_M / metres)
             }
-            None => Self::metric("usual distance of the pupils and diameter of the iris".to_owned(), USUAL_SIGMA),
+            None => Self::metric("average interpupillary distance and iris diameter".to_owned(), USUAL_SIGMA),
         }
     }
 }
@@ -221,7 +221,7 @@ impl Scale {
     /// What is wrong with it.
     pub(crate) fn validate(&self) -> Result<(), String> {
         if self.metres_per_unit != 1.0 {
-            return Err("its unit is no metre".to_owned());
+            return Err("its unit is not the metre".to_owned());
         }
         at_least_0(self.relative_sigma, || "the relative_sigma of its scale".to_owned())
     }

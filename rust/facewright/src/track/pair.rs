@@ -29,19 +29,19 @@ pub struct MatchOptions {
     /// Chain of steps
     #[arg(long, value_enum, default_value_t)]
     pub method: Method,
-    /// Corners at most
+    /// Number of corners at most
     #[arg(long, default_value_t = Self::default().points)]
     pub points: usize,
-    /// Window of the tracker, pixels, odd (default: 7 for the paper's method, else in proportion to the face)
+    /// Window of the tracker, pixels, odd (default: 7 for the paper's method, otherwise in proportion to the face)
     #[arg(long)]
     pub window: Option<usize>,
-    /// Pyramid levels of the tracker (default: 4 for the paper's method, else 2)
+    /// Pyramid levels of the tracker (default: 4 for the paper's method, otherwise 2)
     #[arg(long)]
     pub levels: Option<usize>,
     /// Leave the matches as the tracker found them
     #[arg(long = "no-correction", action = ArgAction::SetFalse)]
     pub correct: bool,
-    /// Farthest that a kept match may lie from its epipolar line, pixels; only with the default method
+    /// Largest distance of a kept match from its epipolar line, pixels; only with the default method
     #[arg(long, default_value_t = Self::default().epipolar_px)]
     pub epipolar_px: f64,
 }
@@ -121,6 +121,20 @@ pub struct Matches {
 }
 
 /// Matches corners of the face between two frames.
+///
+/// # Examples
+/// ```no_run
+/// use facewright::{Assets, MatchOptions, match_pair, write_json};
+/// use geometry::Progress;
+/// use std::path::Path;
+///
+/// let (a, b) = (Path::new("frame_010.png"), Path::new("frame_014.png"));
+/// let assets = Assets::load(&Assets::default_folder())?;
+/// let matches = match_pair(a, b, None, &assets, &MatchOptions::default(), &Progress::new())?;
+/// println!("{} matches kept", matches.pairs[0].kept().count());
+/// write_json(Path::new("matches.json"), &matches)?;
+/// # Ok::<(), facewright::FacewrightError>(())
+/// ```
 pub fn match_pair(
     a: &Path,
     b: &Path,

@@ -35,7 +35,7 @@ const REFERENCE_REACH_DEG: f64 = 9.0;
 const UNFIT_DEG: f64 = 20.0;
 /// A frame turned further than this from a reference is not searched for its points, degrees: with the head that landmarks give …
 const FARTHEST_TURN_DEG: f64 = 34.0;
-/// … and with a measured one, which foretells how patches are warped.
+/// … and with a measured one, which predicts how patches are warped.
 const FARTHEST_TURN_MEASURED_DEG: f64 = 40.0;
 
 /// How a sequence is tracked.
@@ -45,13 +45,13 @@ pub struct TrackClipOptions {
     /// Chain of steps
     #[arg(long, value_enum, default_value_t)]
     pub method: Method,
-    /// Points wanted in each reference frame, found again or new
+    /// Number of points wanted in each reference frame, found again or new
     #[arg(long, default_value_t = Self::default().points)]
     pub points: usize,
-    /// Window of the tracker, pixels, odd (default: 7 for the paper's method, else in proportion to the face)
+    /// Window of the tracker, pixels, odd (default: 7 for the paper's method, otherwise in proportion to the face)
     #[arg(long)]
     pub window: Option<usize>,
-    /// Choose points in this frame only, by its name without extension
+    /// Choose points only in this frame, given by its name without extension
     #[arg(long, value_name = "FRAME")]
     pub from: Option<String>,
 }
@@ -88,6 +88,24 @@ pub(super) fn check_window(window: Option<usize>) -> Result<(), FacewrightError>
 }
 
 /// Tracks points of the face through a sequence. Frames are in the order of time; of what is given, camera and faces count.
+///
+/// # Examples
+/// ```no_run
+/// use facewright::{Assets, Faces, FrameSet, Given, TrackClipOptions, track};
+/// use geometry::Progress;
+/// use std::path::Path;
+///
+/// let progress = Progress::new();
+/// let frames = FrameSet::open(&["clip.mp4".into()], &progress)?;
+/// let assets = Assets::load(&Assets::default_folder())?;
+/// let given = Given { faces: Some(Faces::read(Path::new("faces.json"))?), ..Given::default() };
+/// let tracks = track(&frames, &assets, &given, &TrackClipOptions::default(), &progress)?;
+/// for point in &tracks.tracks {
+///     println!("point {} was found in {} frames", point.id, point.observations.len());
+/// }
+/// tracks.write(Path::new("tracks.json"))?;
+/// # Ok::<(), facewright::FacewrightError>(())
+/// ```
 pub fn track(
     frames: &FrameSet,
     assets: &Assets,

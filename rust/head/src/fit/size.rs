@@ -4,7 +4,7 @@ use super::FrameObservation;
 use crate::{GenericHead, HeadError, part};
 use geometry::{Camera, Transform, Vec3};
 
-/// Mean distance of adults' pupils and its relative standard deviation (Dodgson 2004), metres.
+/// Mean interpupillary distance of adults and its relative standard deviation (Dodgson 2004), metres.
 const PUPIL_DISTANCE: (f64, f64) = (0.063, 0.057);
 /// Mean visible diameter of adults' irises and its relative standard deviation (Rüfer et al. 2005), with that of measuring it.
 const IRIS_DIAMETER: (f64, f64) = (0.0117, 0.05);
@@ -12,10 +12,10 @@ const IRIS_DIAMETER: (f64, f64) = (0.0117, 0.05);
 /// What fixes the scale of the head.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum HeadSize {
-    /// The usual distance of the pupils and, where it was measured, diameter of the iris, each as far as people agree in it.
+    /// The average interpupillary distance and, where it was measured, iris diameter, each within its spread over people.
     #[default]
     Usual,
-    /// The person's own distance of the pupils, metres.
+    /// The person's own interpupillary distance, metres.
     Pupils(f64),
     /// A length measured between two of the 468 landmarks, metres.
     Landmarks {

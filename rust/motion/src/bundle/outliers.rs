@@ -24,8 +24,8 @@ pub fn residuals(bundle: &Bundle) -> Vec<Option<f64>> {
 
 /// Removes observations farther off than `limit` robust standard deviations of all residuals, or without a projection.
 ///
-/// The robust deviation is the median distance over 1.177, the median of a normal error in two dimensions; it counts as at
-/// least 0.5 announced deviations, so that perfect data are not thinned out.
+/// The robust standard deviation is the median distance over 1.177, the median of a normal error in two dimensions; it counts as at
+/// least 0.5 announced standard deviations, so that perfect data are not thinned out.
 pub fn reject_outliers(bundle: &mut Bundle, limit: f64) -> Rejection {
     let residuals = residuals(bundle);
     let mut sorted: Vec<f64> = residuals.iter().flatten().copied().collect();

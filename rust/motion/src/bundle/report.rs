@@ -28,7 +28,8 @@ pub struct BundleReport {
     pub converged: bool,
     /// Root mean square distance between projections and observations, pixels.
     pub rms_px: f64,
-    /// By what factor the variances that were met exceed those announced, 1 at least; the deviations below include it.
+    /// Variance inflation: the factor by which the residuals' variance exceeds that announced, at least 1; the standard deviations
+    /// below include it.
     pub excess: f64,
     /// The fit of each frame.
     pub frames: Vec<Fit>,

@@ -35,7 +35,7 @@ pub(super) fn start(
 }
 
 /// The camera without distortion and without skew whose conic fits all homographies best; where that is no camera, the
-/// one with its principal point in the middle; `None` where neither is one.
+/// one with its principal point in the centre; `None` where neither is one.
 fn camera(homographies: &[Mat3], width: u32, height: u32) -> Option<Camera> {
     let middle = Camera::centred(width, height, f64::from(width.max(height)));
     // Pixels are brought near 1 so that the linear system is well conditioned.
@@ -84,7 +84,7 @@ fn free_centre(homographies: &[Mat3]) -> Option<[f64; 4]> {
     plausible.then_some([fx, fy, cx, cy])
 }
 
-/// As [`free_centre`] with the principal point in the middle: linear in `1/fx², 1/fy²`.
+/// As [`free_centre`] with the principal point in the centre: linear in `1/fx², 1/fy²`.
 fn fixed_centre(homographies: &[Mat3]) -> Option<[f64; 4]> {
     let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
     for row in homographies.iter().flat_map(conic_rows) {

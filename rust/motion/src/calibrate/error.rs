@@ -50,7 +50,7 @@ pub enum CalibrateError {
         view: usize,
     },
     /// The pictures are alike.
-    #[error("the pictures do not determine the focal length: tilt the board by 30° and more to different sides")]
+    #[error("the pictures do not determine the focal length: tilt the board by 30° or more to different sides")]
     Degenerate,
     /// Corners and board do not belong together.
     #[error(

@@ -35,9 +35,9 @@ use solve::{Problem, Sight, State};
 use uncertainty::Uncertainty;
 use warnings::Evidence;
 
-/// Standard deviation of the focal length, parts of it, from which the pictures do not determine it.
+/// Relative standard deviation of the focal length from which the pictures do not determine it.
 const MAX_FOCAL_DEVIATION: f64 = 0.05;
-/// A bulge of so many standard deviations is no chance.
+/// A bulge of more than this many standard deviations is significant.
 const CLEAR_BULGE: f64 = 4.0;
 /// Part of the squared error that a bulge must explain to matter.
 const CLEAR_SHARE: f64 = 0.1;
@@ -149,7 +149,7 @@ fn is_zero(value: &f64) -> bool {
 }
 
 impl CameraDeviations {
-    /// From the deviations of the free unknowns, the first of which is `first`.
+    /// From the standard deviations of the free unknowns, the first of which is `first`.
     fn of(model: &Model, uncertainty: &Uncertainty, first: usize) -> Self {
         let mut all = [0.0; 9];
         for (k, column) in model.free().into_iter().enumerate() {

@@ -11,7 +11,7 @@ use std::ops::Range;
 /// Part of the cost that a step must promise for another one to be taken: 1e-7 of it moves nothing by a hundredth of its
 /// standard deviation.
 const RELATIVE_COST: f64 = 1e-7;
-/// As [`RELATIVE_COST`] while the corners' deviation is not yet known.
+/// As [`RELATIVE_COST`] while the corners' standard deviation is not yet known.
 const ROUGH_COST: f64 = 1e-3;
 /// Change of the corners' standard deviation, parts of it, that moves nothing else.
 const SIGMA_CHANGE: f64 = 0.01;

@@ -180,7 +180,7 @@ fn between(moments: &[Moment], covariance: &DMatrix<f64>) -> Option<(DVector<f64
     Some((if scatter > DEPENDENT { jackknife() } else { sandwich }, scatter))
 }
 
-/// The uncertainty, and how far the board is from flat; a clear bend that was not allowed for makes deviations larger. `None`
+/// The uncertainty, and how far the board is from flat; a clear bend that was not allowed for makes standard deviations larger. `None`
 /// where the unknowns are not determined.
 pub(super) fn with_bend(problem: &Problem, state: &State) -> Option<(Uncertainty, Option<BoardBend>)> {
     let flexible = problem.with_bend();

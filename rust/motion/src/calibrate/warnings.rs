@@ -4,7 +4,7 @@ use super::{BoardBend, BoardView, ViewFit};
 use geometry::{Camera, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// Standard deviation of the focal length, parts of it, from which a warning is given.
+/// Relative standard deviation of the focal length from which a warning is given.
 const FOCAL_DEVIATION: f64 = 0.005;
 /// Fewer pictures give a warning.
 const FEW_VIEWS: usize = 6;
@@ -117,7 +117,7 @@ pub enum CalibrateWarning {
     },
     /// The focal length is not well determined.
     #[error(
-        "the focal length is uncertain by {percent:.1} %: add pictures with the board tilted by 30° and more to all sides"
+        "the focal length is uncertain by {percent:.1} %: add pictures with the board tilted by 30° or more to all sides"
     )]
     UncertainFocal {
         /// Standard deviation, percent.
@@ -125,7 +125,7 @@ pub enum CalibrateWarning {
     },
     /// Parts of the picture never showed the board.
     #[error(
-        "no corner of the board was seen in the picture's {}: show the board there, the distortion is extrapolated",
+        "no board corner was seen in the picture's {}, where the distortion is extrapolated: show the board there",
         listed(missing, "and")
     )]
     SmallReach {
@@ -144,8 +144,8 @@ pub enum CalibrateWarning {
     },
     /// Pictures contradict each other more than their noise explains.
     #[error(
-        "the pictures differ {factor:.1} times more than the noise of their corners explains: hold board and camera still, \
-         use a stiff board, and fix focus and zoom"
+        "the pictures differ {factor:.1} times more than the noise of their corners explains: hold the board and the \
+         camera still, use a stiff board, and fix focus and zoom"
     )]
     Scattered {
         /// How many times more.
@@ -153,7 +153,7 @@ pub enum CalibrateWarning {
     },
     /// The board is bent.
     #[error(
-        "the board is not flat, it bulges by {bulge_mm:.2} ± {deviation_mm:.2} mm: glue the print onto glass or a stiff board, \
+        "the board bulges by {bulge_mm:.2} ± {deviation_mm:.2} mm: glue the print onto glass or a stiff board, \
          or let the calibration solve for the bend"
     )]
     BentBoard {

@@ -116,7 +116,7 @@ struct View<'a> {
     points: &'a [Vec3],
     normalised: &'a [Vec2],
     options: &'a ResectOptions,
-    /// The initial pose and the deviation of its rotation.
+    /// The initial pose and the standard deviation of its rotation.
     expected: Option<(Transform, f64)>,
 }
 

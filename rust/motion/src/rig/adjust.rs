@@ -50,7 +50,7 @@ pub(super) struct Adjusted {
     pub(super) excess: f64,
     /// Covariance of each camera's place.
     pub(super) places: Vec<Matrix6<f64>>,
-    /// Covariance of each point, the cameras being where they are, by the announced deviations; `None` where nothing tells it.
+    /// Covariance of each point, given the cameras, by the announced standard deviations; `None` where nothing determines it.
     pub(super) points: Vec<Option<Mat3>>,
 }
 

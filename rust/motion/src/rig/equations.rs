@@ -10,7 +10,7 @@ pub(super) const LOSS: Loss = Loss::Cauchy(3.0);
 /// Squared residual, in its standard deviations, of a point behind a camera.
 const BEHIND: f64 = 1e8;
 
-/// An observation's residual over its deviation, and its derivatives by the camera's place, the head's pose and the point.
+/// An observation's residual over its standard deviation, and its derivatives by the camera's pose, the head's pose and the point.
 struct Row {
     residual: nalgebra::Vector2<f64>,
     by_place: SMatrix<f64, 2, 6>,

@@ -93,7 +93,7 @@ impl Rig<'_> {
         self.points.iter_mut().zip(of_point).for_each(|(point, n)| *point = point.filter(|_| n >= 2));
     }
 
-    /// Standard deviation of the size: by steps of the places, each a deviation long, and by the tracker.
+    /// Standard deviation of the size: by steps of the cameras' poses, each a standard deviation long, and by the tracker.
     fn size_sigma(&self, covariances: &[Matrix6<f64>]) -> Result<f64, MotionError> {
         let all = (0..self.poses.len()).into_par_iter().map(|moment| (moment, self.shared(moment, &self.places).len()));
         let best = all.max_by_key(|(moment, count)| (*count, usize::MAX - moment)).map_or(0, |(moment, _)| moment);

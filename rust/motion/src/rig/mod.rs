@@ -28,7 +28,7 @@ use rayon::prelude::*;
 const WIDENING: [f64; 4] = [8.0, 4.0, 2.0, 1.0];
 /// Steps of each adjustment.
 const STEPS: usize = 8;
-/// Observations farther off than this many robust deviations are rejected before the last one.
+/// Observations farther off than this many robust standard deviations are rejected before the last one.
 const REJECTION: f64 = 4.0;
 
 /// Where a camera of a rig stands.
@@ -64,7 +64,7 @@ pub struct RigOptions {
 pub struct RigSequence {
     /// Poses of all frames, points and how they fit; metres.
     pub sequence: Sequence,
-    /// Standard deviation of the size, as part of it: by what is not known of the cameras' places, and by the tracker.
+    /// Relative standard deviation of the size: by the uncertainty of the cameras' poses, and by the tracker's.
     pub size_sigma: f64,
 }
 
@@ -105,7 +105,10 @@ fn check(tracks: &[PointTrack], options: &RigOptions) -> Result<(), MotionError>
             return bad("track table", "frame", o.frame, count);
         }
         if !(o.sigma_px > 0.0 && o.pixel.iter().all(|v| v.is_finite())) {
-            return Err(MotionError::BadNumber { name: "a tracked pixel or its deviation", value: o.sigma_px });
+            return Err(MotionError::BadNumber {
+                name: "a tracked pixel or its standard deviation",
+                value: o.sigma_px,
+            });
         }
     }
     Ok(())
@@ -213,7 +216,7 @@ impl<'a> Rig<'a> {
         kept
     }
 
-    /// Lets everything fit the observations; the covariance of each camera's place and the variances' excess.
+    /// Lets everything fit the observations; the covariance of each camera's pose, and the variance inflation.
     fn adjust(&mut self, observations: &[Observation], steps: usize) -> adjust::Adjusted {
         let seen = |o: &Observation| Seen {
             moment: self.moment(o.frame),

@@ -1,7 +1,7 @@
 //! Bundles over what is known so far.
 
-use super::excess::excess;
 use super::grow::Reconstruction;
+use super::inflation::variance_inflation;
 use crate::MotionError;
 use crate::bundle::{Bundle, BundleOptions, FocalPrior, PointPrior, PosePrior, adjust};
 use geometry::least_squares::Loss;
@@ -25,13 +25,13 @@ impl Reconstruction<'_> {
 
     /// Weighs the observations against the priors by how they fit now.
     pub(super) fn weigh(&mut self) {
-        self.excess = excess(&self.bundle(1.0), LOSS);
+        self.inflation = variance_inflation(&self.bundle(1.0), LOSS);
     }
 
-    /// Observations keep their announced deviations, by which the loss knows them: the priors' are drawn in instead. Those
+    /// Observations keep their announced standard deviations, by which the loss knows them: the priors' are drawn in instead. Those
     /// of the translations only hold the frame of the head: they would hold a wrong focal length too.
     pub(super) fn bundle_options(&self, iterations: usize, refine_focal: bool) -> BundleOptions {
-        let deviation = 1.0 / self.excess.sqrt();
+        let deviation = 1.0 / self.inflation.sqrt();
         let anchors = self.anchors.iter().enumerate().filter_map(|(frame, anchor)| Some((frame, (*anchor)?)));
         let pose_prior = |(frame, cam_from_head)| PosePrior {
             frame,
@@ -40,7 +40,7 @@ impl Reconstruction<'_> {
             sigma_m: self.options.initial_sigma_m,
         };
         let pose_priors: Vec<PosePrior> = anchors.map(pose_prior).collect();
-        let point_prior = |prior: &PointPrior| PointPrior { information: prior.information * self.excess, ..*prior };
+        let point_prior = |prior: &PointPrior| PointPrior { information: prior.information * self.inflation, ..*prior };
         let is_placed = |prior: &&PointPrior| self.points.get(prior.point).is_some_and(Option::is_some);
         let focal_prior = |prior: FocalPrior| FocalPrior { sigma_px: deviation * prior.sigma_px, ..prior };
         BundleOptions {

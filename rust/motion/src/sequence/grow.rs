@@ -15,9 +15,9 @@ use rayon::prelude::*;
 const FEWEST_POINTS: usize = 8;
 /// Poses from landmarks are off by several pixels: the first points are sought with the threshold widened by these factors.
 const WIDENING: [f64; 3] = [8.0, 4.0, 2.0];
-/// An initial pose that is off by more than this many deviations was fitted wrongly.
+/// An initial pose that is off by more than this many standard deviations was fitted wrongly.
 const CONTRADICTION: f64 = 4.0;
-/// Observations farther off than this many robust deviations are rejected before the last bundle.
+/// Observations farther off than this many robust standard deviations are rejected before the last bundle.
 const REJECTION: f64 = 4.0;
 
 /// A sighting with its undistorted coordinates.
@@ -43,8 +43,8 @@ pub(super) struct Reconstruction<'a> {
     pub(super) points: Vec<Option<Vec3>>,
     /// Initial poses, less those that the tracks contradict.
     pub(super) anchors: Vec<Option<Transform>>,
-    /// By how much the observations' variances exceed those announced.
-    pub(super) excess: f64,
+    /// Factor by which the observations' variances exceed those announced.
+    pub(super) inflation: f64,
     /// The frame that defines the head frame where there are no anchors.
     pub(super) reference: usize,
 }
@@ -73,7 +73,7 @@ impl<'a> Reconstruction<'a> {
             failures: vec![None; options.frames],
             points: vec![None; tracks.len()],
             anchors: vec![None; options.frames],
-            excess: 1.0,
+            inflation: 1.0,
             reference: 0,
         }
     }
@@ -251,7 +251,7 @@ impl<'a> Reconstruction<'a> {
         self.adopt(&bundle);
         let focal_sigma_px = match report.focal_sigma_px.filter(|_| self.options.focal_sigma) {
             Some(own) => {
-                let own_px = own * (self.excess / report.excess).sqrt();
+                let own_px = own * (self.inflation / report.excess).sqrt();
                 Some(focal_sigma_px(&bundle, &self.bundle_options(30, true), own_px, progress)?)
             }
             None => None,

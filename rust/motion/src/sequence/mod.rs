@@ -9,9 +9,9 @@
 //! initial pair, scaled to the distance in the options: [`geometry::Similarity`] moves it wherever it is wanted.
 
 mod adjusting;
-mod excess;
 mod focal;
 mod grow;
+mod inflation;
 mod key_frames;
 mod start;
 
@@ -146,14 +146,22 @@ fn check(tracks: &[PointTrack], options: &SequenceOptions) -> Result<(), MotionE
     let count = options.frames;
     let tables = [&options.initial_poses, &options.start_poses].map(|poses| poses.as_ref().map(Vec::len));
     if let Some(index) = tables.into_iter().flatten().find(|length| *length != count) {
-        return Err(MotionError::BadIndex { table: "table of initial poses or turns", kind: "frame", index, count });
+        return Err(MotionError::BadIndex {
+            table: "table of initial poses or rotations",
+            kind: "frame",
+            index,
+            count,
+        });
     }
     for o in tracks.iter().flat_map(|track| &track.observations) {
         if o.frame >= count {
             return Err(MotionError::BadIndex { table: "track table", kind: "frame", index: o.frame, count });
         }
         if !(o.sigma_px > 0.0 && o.pixel.iter().all(|v| v.is_finite())) {
-            return Err(MotionError::BadNumber { name: "a tracked pixel or its deviation", value: o.sigma_px });
+            return Err(MotionError::BadNumber {
+                name: "a tracked pixel or its standard deviation",
+                value: o.sigma_px,
+            });
         }
     }
     if let Some(prior) = options.point_priors.iter().find(|prior| prior.point >= tracks.len()) {

@@ -46,7 +46,10 @@ fn check_options(options: &TwoViewOptions, total: usize) -> Result<(), MotionErr
         return Err(MotionError::BadNumber { name: "the two-view threshold", value: options.threshold });
     }
     if let Some(sigma) = options.rough_turn.map(|rough| rough.sigma_rad).filter(|s| !(*s > 0.0 && s.is_finite())) {
-        return Err(MotionError::BadNumber { name: "the deviation of the rough turn", value: sigma });
+        return Err(MotionError::BadNumber {
+            name: "the standard deviation of the approximate rotation",
+            value: sigma,
+        });
     }
     match options.order.iter().flatten().find(|i| **i >= total) {
         Some(&index) => Err(MotionError::BadIndex { table: "match order", kind: "match", index, count: total }),

@@ -15,7 +15,7 @@ const ROUNDS: usize = 40;
 /// A step shorter than this, in standard deviations of the motion, is the last.
 const SETTLED: f64 = 1e-2;
 
-/// The deviation of right matches that a threshold speaks of, in thresholds …
+/// The standard deviation of correct matches that a threshold implies, in thresholds …
 const EXPECTED_SIGMA: f64 = 0.35;
 /// … which counts as much as so many matches.
 const TRUST: f64 = 20.0;
@@ -63,7 +63,7 @@ impl Mixture {
         Self::new(sigma, (right / total).clamp(0.1, 0.98), reach.max(10.0 * threshold))
     }
 
-    /// Negative logarithm of the likelihood of squared distances, and of the deviation's.
+    /// Negative logarithm of the likelihood of squared distances, and of the standard deviation's.
     fn surprise(&self, squares: &[f64], threshold: f64) -> f64 {
         let density = |squared: &f64| self.peak * ((-0.5 * squared / self.variance).exp() + self.floor);
         let said = (EXPECTED_SIGMA * threshold).powi(2) / self.variance;

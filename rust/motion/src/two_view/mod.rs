@@ -54,7 +54,7 @@ pub struct TwoViewOptions {
     pub rough_turn: Option<RoughTurn>,
 }
 
-/// A rotation known to within some deviation, from the head poses of two frames for instance.
+/// A rotation known to within a standard deviation, from the head poses of two frames for instance.
 #[derive(Clone, Copy, Debug)]
 pub struct RoughTurn {
     /// The rotation.

@@ -1,11 +1,11 @@
 //! How well distances speak for a motion when the noise is not known (MAGSAC++, Baráth et al. 2020, for one dimension).
 //!
-//! The deviation of right matches may be anything up to a largest one. Averaged over all of them, the weight of a squared
+//! The standard deviation of correct matches may be anything up to a largest one. Averaged over all of them, the weight of a squared
 //! distance `x` (over twice the largest variance) is `E₁(x) - E₁(c)`, and the loss its integral; beyond `c` it is constant.
 
 use std::sync::LazyLock;
 
-/// The largest distance of a right match, in largest deviations: 99 of 100 right matches are nearer.
+/// The largest distance of a correct match, in largest standard deviations: 99 of 100 correct matches are nearer.
 const REACH: f64 = 2.576;
 /// Steps of the table over squared distances.
 const STEPS: usize = 512;

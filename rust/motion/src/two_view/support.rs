@@ -5,7 +5,7 @@
 
 use geometry::{Transform, Vec2};
 
-/// So many neighbours, at least, are looked at, where there are as many.
+/// At least this many neighbours are considered, where there are as many.
 const NEIGHBOURS: usize = 8;
 /// The neighbour whose parallax is the so-manieth nearest decides: one may be wrong itself.
 const DECIDING: usize = 1;

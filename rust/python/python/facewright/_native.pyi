@@ -19,14 +19,15 @@ class _Options:
 
 @dataclass(frozen=True, kw_only=True)
 class BoardOptions(_Options):
-    """A board that is filmed: a checkerboard of inner corners, or separate black squares.
+    """The board that was filmed: a checkerboard of inner corners, or separate black squares.
 
     Keyword arguments, and attributes:
 
-        gap_mm: White between two such squares, millimetres (default: the side of a square)
-        inner: Inner corners of a checkerboard, columns x rows; several for boards of which any may be shown: 9x6,8x5
+        gap_mm: White gap between two separate squares, millimetres (default: the side of a square)
+        inner: Inner corners of a checkerboard, columns x rows; several if any of several boards may be shown:
+            9x6,8x5
         square_mm: Side of a square, millimetres
-        squares: Black squares apart from each other instead, columns x rows
+        squares: Separate black squares instead of a checkerboard, columns x rows
     """
 
     inner: Grid | Sequence[Grid] = ((9, 6),)
@@ -41,12 +42,13 @@ class SheetOptions(BoardOptions):
     Keyword arguments, and attributes:
 
         dpi: Resolution of a PNG, dots per inch
-        gap_mm: White between two such squares, millimetres (default: the side of a square)
-        inner: Inner corners of a checkerboard, columns x rows; several for boards of which any may be shown: 9x6,8x5
+        gap_mm: White gap between two separate squares, millimetres (default: the side of a square)
+        inner: Inner corners of a checkerboard, columns x rows; several if any of several boards may be shown:
+            9x6,8x5
         mark: False: Leave out the white disc that tells which way up the board is
         page: Paper
         square_mm: Side of a square, millimetres
-        squares: Black squares apart from each other instead, columns x rows
+        squares: Separate black squares instead of a checkerboard, columns x rows
     """
 
     page: Literal["A4", "A3", "Letter"] = "A4"
@@ -59,14 +61,15 @@ class CalibrateOptions(BoardOptions):
 
     Keyword arguments, and attributes:
 
-        bend: When to solve for a board that is not flat; a rig's only always
+        bend: When to solve for a board that is not flat; for a rig only with `always`
         distortion_terms: Radial distortion terms, 0 to 3
-        gap_mm: White between two such squares, millimetres (default: the side of a square)
-        inner: Inner corners of a checkerboard, columns x rows; several for boards of which any may be shown: 9x6,8x5
+        gap_mm: White gap between two separate squares, millimetres (default: the side of a square)
+        inner: Inner corners of a checkerboard, columns x rows; several if any of several boards may be shown:
+            9x6,8x5
         square_mm: Side of a square, millimetres
         square_pixels: One focal length for both directions
-        squares: Black squares apart from each other instead, columns x rows
-        tangential: Solve for tangential distortion too
+        squares: Separate black squares instead of a checkerboard, columns x rows
+        tangential: Also solve for tangential distortion
     """
 
     distortion_terms: int = 2
@@ -92,11 +95,11 @@ class MatchOptions(_Options):
     Keyword arguments, and attributes:
 
         correct: False: Leave the matches as the tracker found them
-        epipolar_px: Farthest that a kept match may lie from its epipolar line, pixels; only with the default method
-        levels: Pyramid levels of the tracker (default: 4 for the paper's method, else 2)
+        epipolar_px: Largest distance of a kept match from its epipolar line, pixels; only with the default method
+        levels: Pyramid levels of the tracker (default: 4 for the paper's method, otherwise 2)
         method: Chain of steps
-        points: Corners at most
-        window: Window of the tracker, pixels, odd (default: 7 for the paper's method, else in proportion to the
+        points: Number of corners at most
+        window: Window of the tracker, pixels, odd (default: 7 for the paper's method, otherwise in proportion to the
             face)
     """
 
@@ -113,10 +116,10 @@ class TrackOptions(_Options):
 
     Keyword arguments, and attributes:
 
-        from_: Choose points in this frame only, by its name without extension
+        from_: Choose points only in this frame, given by its name without extension
         method: Chain of steps
-        points: Points wanted in each reference frame, found again or new
-        window: Window of the tracker, pixels, odd (default: 7 for the paper's method, else in proportion to the
+        points: Number of points wanted in each reference frame, found again or new
+        window: Window of the tracker, pixels, odd (default: 7 for the paper's method, otherwise in proportion to the
             face)
     """
 
@@ -131,9 +134,9 @@ class MotionOptions(_Options):
 
     Keyword arguments, and attributes:
 
-        interocular_mm: Distance between the eyes' centres, millimetres, when it is known
-        lengths: Length between two tracks that was measured on the head, numbers of the tracks and millimetres:
-            overrides all else that is known of its size
+        interocular_mm: Interpupillary distance, millimetres, if it is known
+        lengths: Length measured on the head between two tracks: their numbers and millimetres; overrides all else
+            that is known of the head's size
     """
 
     interocular_mm: float | None = None
@@ -145,9 +148,9 @@ class ReconstructOptions(MotionOptions):
 
     Keyword arguments, and attributes:
 
-        interocular_mm: Distance between the eyes' centres, millimetres, when it is known
-        lengths: Length between two tracks that was measured on the head, numbers of the tracks and millimetres:
-            overrides all else that is known of its size
+        interocular_mm: Interpupillary distance, millimetres, if it is known
+        lengths: Length measured on the head between two tracks: their numbers and millimetres; overrides all else
+            that is known of the head's size
         method: Chain of steps
         texture_size: Width and height of the texture, pixels
     """
@@ -156,10 +159,9 @@ class ReconstructOptions(MotionOptions):
     texture_size: int = 2048
 
 class Assets:
-    """The generic head and the landmark nets of a folder, read when a job first needs them and kept for all further
-    ones.
+    """The generic head and the landmark nets in a folder, read when a job first needs them and kept for later ones.
 
-    It is taken wherever `assets=` is, from any thread.
+    Pass it as `assets=`, from any thread.
     """
 
     def __init__(self, folder: Path) -> None: ...
@@ -168,35 +170,35 @@ class Assets:
         """The folder of generic_head.safetensors.gz and nets/."""
 
 class Command:
-    """A command line that was read: the command's word, its files and options."""
+    """A command line that was parsed: the command's name, its files and options."""
 
     @property
     def name(self) -> str:
-        """The command's word, like "track"."""
+        """The command's name, like "track"."""
     @property
     def files(self) -> dict[str, Any]:
-        """What it reads and writes, by the names that the help has: paths as text, None where nothing was given."""
+        """What it reads and writes, under the names in the help: paths as text, None where nothing was given."""
     @property
     def options(self) -> Any:
         """Its options, of the class that the function of the same name takes; None where it has none."""
     @property
     def assets(self) -> str | None:
-        """Folder of the assets, where one was given."""
+        """Folder of the assets, if one was given."""
     @property
     def json(self) -> bool:
-        """Whether the result shall be printed as JSON."""
+        """Whether to print the result as JSON."""
 
 class Job(Generic[T]):
     """Work on a thread of its own, which never touches Python. Dropping the job cancels it."""
 
     def progress(self) -> tuple[str, float, float | None]:
-        """Name of the present stage, the part of the whole work that is done, 0 to 1, and seconds left.
+        """Name of the present stage, the fraction of the whole work that is done, 0 to 1, and seconds left.
 
-        The part never falls; the seconds are None as long as the work so far tells nothing of them.
+        The fraction never decreases; the seconds are None until they can be estimated.
         """
 
     def finished(self) -> bool:
-        """Whether result() returns at once."""
+        """Whether result() returns immediately."""
 
     def cancel(self) -> None:
         """Ask the work to stop; it does within a fraction of a second."""
@@ -253,7 +255,7 @@ class Camera:
 
     @staticmethod
     def parse(text: str) -> Camera:
-        """Read the text of a camera.json; raises FacewrightError with what is wrong."""
+        """Parse the text of a camera.json; raises FacewrightError with what is wrong."""
     @staticmethod
     def read(path: Path) -> Camera:
         """Read a camera.json; raises FacewrightError with what is wrong."""
@@ -302,16 +304,16 @@ class Camera:
         """Where the numbers come from: `board`, `exif` or `estimated`."""
     @property
     def rms_px(self) -> float | None:
-        """Root mean square reprojection error of all corners, pixels; None where no board is told of, as below."""
+        """Root mean square reprojection error of all corners, pixels; None, as below, where the file lists no board."""
     @property
     def hold_out_rms_px(self) -> float | None:
-        """The same of corners in pictures that were left out."""
+        """The same for corners in held-out pictures."""
     @property
     def deviations(self) -> dict[str, float]:
         """Standard deviations of the numbers by their names; 0 where a number was fixed, empty where none are known."""
     @property
     def bend(self) -> BoardBend | None:
-        """How far the board is from flat, where the pictures tell."""
+        """How far the board is from flat, if the pictures determine it."""
     @property
     def boards(self) -> list[Board]:
         """The boards looked for."""
@@ -327,7 +329,7 @@ class BoardBend:
 
     @property
     def bulge_mm(self) -> float:
-        """Highest less lowest corner, millimetres."""
+        """Height difference of the highest and the lowest corner, millimetres."""
     @property
     def deviation_mm(self) -> float:
         """Its standard deviation."""
@@ -389,14 +391,14 @@ class BoardImage:
         """(n, 2) seen less projected, pixels."""
 
 class Rig:
-    """A rig.json: several cameras that were calibrated at once, and where they stand.
+    """A rig.json: several cameras that were calibrated together, and their poses.
 
     The rig's frame is that of its first camera: x right, y down, z forward, metres.
     """
 
     @staticmethod
     def parse(text: str) -> Rig:
-        """Read the text of a rig.json; raises FacewrightError with what is wrong."""
+        """Parse the text of a rig.json; raises FacewrightError with what is wrong."""
     @staticmethod
     def read(path: Path) -> Rig:
         """Read a rig.json; raises FacewrightError with what is wrong."""
@@ -417,14 +419,14 @@ class Rig:
         """Root mean square reprojection error of all corners, pixels."""
     @property
     def hold_out_rms_px(self) -> float | None:
-        """The same with each moment left out of the calibration it is held against."""
+        """The hold-out error: of each moment, with a calibration without it."""
     @property
     def warnings(self) -> list[str]:
         """What to photograph next, and what to distrust."""
     def __len__(self) -> int: ...
 
 class MountedCamera:
-    """A camera of a rig, and where it stands."""
+    """A camera of a rig, and its pose."""
 
     @property
     def name(self) -> str:
@@ -434,10 +436,10 @@ class MountedCamera:
         """All of its camera.json."""
     @property
     def camera_from_rig(self) -> NDArray[np.float64]:
-        """(4, 4) where it stands, metres; the identity for the first one."""
+        """(4, 4) its pose, metres; the identity for the first one."""
     @property
     def rotation_deviations(self) -> NDArray[np.float64]:
-        """(3,) standard deviations of small turns about its axes, radians."""
+        """(3,) standard deviations of small rotations about its axes, radians."""
     @property
     def translation_deviations(self) -> NDArray[np.float64]:
         """(3,) standard deviations of the translation along its axes, metres."""
@@ -458,7 +460,7 @@ class Tracks:
 
     @staticmethod
     def parse(text: str) -> Tracks:
-        """Read the text of a tracks.json; raises FacewrightError with what is wrong."""
+        """Parse the text of a tracks.json; raises FacewrightError with what is wrong."""
     @staticmethod
     def read(path: Path) -> Tracks:
         """Read a tracks.json; raises FacewrightError with what is wrong."""
@@ -484,7 +486,7 @@ class Tracks:
         """Width and height of the pictures, pixels."""
     @property
     def interocular(self) -> float | None:
-        """Distance between the pupils of the landmarks' head, whose poses the frames have, metres."""
+        """Interpupillary distance of the landmarks' head, whose poses the frames have, metres."""
     @property
     def window(self) -> int:
         """Side of the tracker's window in the first reference frame, pixels."""
@@ -574,7 +576,7 @@ class Matches:
 
     @staticmethod
     def parse(text: str) -> Matches:
-        """Read the text of a matches.json; raises FacewrightError with what is wrong."""
+        """Parse the text of a matches.json; raises FacewrightError with what is wrong."""
     @staticmethod
     def read(path: Path) -> Matches:
         """Read a matches.json; raises FacewrightError with what is wrong."""
@@ -620,11 +622,11 @@ class MatchedPair:
     def __len__(self) -> int: ...
 
 class Faces:
-    """A faces.json: what the nets saw in the frames of a clip that they looked at."""
+    """A faces.json: what the nets saw in the frames of a clip that they ran on."""
 
     @staticmethod
     def parse(text: str) -> Faces:
-        """Read the text of a faces.json; raises FacewrightError with what is wrong."""
+        """Parse the text of a faces.json; raises FacewrightError with what is wrong."""
     @staticmethod
     def read(path: Path) -> Faces:
         """Read a faces.json; raises FacewrightError with what is wrong."""
@@ -643,7 +645,7 @@ class Faces:
         """Names of all frames."""
     @property
     def looked(self) -> list[int]:
-        """Indices of the frames that were looked at."""
+        """Indices of the frames that the nets ran on."""
     @property
     def seen(self) -> list[int]:
         """Indices of the frames in which the face was seen, ascending."""
@@ -659,14 +661,14 @@ class Faces:
         """(n,) sharpness of the face in the looked frames: compare within a clip."""
     @property
     def warnings(self) -> list[str]:
-        """What should be known of them."""
+        """What the artist should know."""
 
 class Motion:
     """A motion.json: the pose of the head in every frame, and a metric cloud of its points."""
 
     @staticmethod
     def parse(text: str) -> Motion:
-        """Read the text of a motion.json; raises FacewrightError with what is wrong."""
+        """Parse the text of a motion.json; raises FacewrightError with what is wrong."""
     @staticmethod
     def read(path: Path) -> Motion:
         """Read a motion.json; raises FacewrightError with what is wrong."""
@@ -700,7 +702,7 @@ class Motion:
         """Indices of the frames that have a pose."""
     @property
     def points(self) -> MotionPoints:
-        """Every point that has a place."""
+        """Every point that has a position."""
     @property
     def scale(self) -> Scale:
         """What the size rests on."""
@@ -740,7 +742,7 @@ class MotionFrame:
         """Standard deviation of the rotation, degrees, root of the sum over the axes."""
     @property
     def translation_sigma_mm(self) -> float | None:
-        """Standard deviation of the position at the head's middle, millimetres, root of the sum over the axes."""
+        """Standard deviation of the position at the head's centre, millimetres, root of the sum over the axes."""
     @property
     def reprojection_rms_px(self) -> float | None:
         """Root mean square distance of its points from where they are seen, pixels."""
@@ -762,7 +764,7 @@ class MotionPoints:
         """(n,) standard deviations, millimetres, root mean square over the axes."""
     @property
     def frames(self) -> NDArray[np.int64]:
-        """(n,) how many frames agree with each."""
+        """(n,) number of frames that agree with each."""
     @property
     def reprojection_rms_px(self) -> NDArray[np.float64]:
         """(n,) root mean square distances from where they are seen in those, pixels."""
@@ -771,7 +773,7 @@ class MotionPoints:
         """What each belongs to: `skin`, `mouth`, `eyes` or `brows`."""
     @property
     def moves(self) -> NDArray[np.bool_]:
-        """(n,) whether each moves against the head, and took no part in the motion."""
+        """(n,) whether each moves relative to the head, and was left out of the motion."""
     def __len__(self) -> int: ...
 
 class Roughness:
@@ -782,14 +784,14 @@ class Roughness:
         """Of the rotation, degrees."""
     @property
     def translation_mm(self) -> float:
-        """Of the middle of the points, millimetres."""
+        """Of the points' centre, millimetres."""
 
 class Report:
     """A report.json: what was done for a head, and how well."""
 
     @staticmethod
     def parse(text: str) -> Report:
-        """Read the text of a report.json; raises FacewrightError with what is wrong."""
+        """Parse the text of a report.json; raises FacewrightError with what is wrong."""
     @staticmethod
     def read(path: Path) -> Report:
         """Read a report.json; raises FacewrightError with what is wrong."""
@@ -877,7 +879,7 @@ class FitReport:
         """Root mean square of the class's coefficients, in its standard deviations."""
     @property
     def rigid_agreement(self) -> float:
-        """Part of the points' observations that one motion of the head explains, 0 to 1."""
+        """Fraction of the points' observations that a single motion of the head explains, 0 to 1."""
     @property
     def points_median_mm(self) -> float:
         """Median distance of the measured points from the head's surface, millimetres."""
@@ -896,7 +898,7 @@ class TextureReport:
         """Width and height, pixels."""
     @property
     def seen(self) -> float:
-        """Part of the skin's texels that some frame saw, 0 to 1."""
+        """Fraction of the skin's texels that some frame saw, 0 to 1."""
     @property
     def gains(self) -> dict[str, tuple[float, float, float]]:
         """Gain of each used frame: red, green, blue."""
@@ -937,7 +939,7 @@ def calibrate_rig(
     options: CalibrateOptions | None = None,
     **fields: Any,
 ) -> Job[Rig]:
-    """Calibrate cameras that saw one board at the same moments, and where they stand; the job's result is a Rig.
+    """Calibrate cameras that saw one board at the same moments, and find their poses; the job's result is a Rig.
 
     `cameras` are (name, pictures), two or more. Pictures with the same number at the end of their names belong to
     one moment; without numbers, the k-th ones of all cameras do. `options`, `picture` and errors are those of
@@ -1027,7 +1029,7 @@ def motion(
     options: MotionOptions | None = None,
     **fields: Any,
 ) -> Job[Motion]:
-    """Solve for the head's pose in every frame and the places of its points; the job's result is a Motion.
+    """Solve for the head's pose in every frame and the positions of its points; the job's result is a Motion.
 
     `tracks` are Tracks, `camera` a Camera to take instead of theirs, or the texts of their files. `options` or
     further keywords are those of MotionOptions; `lengths` are (number of a track, number of another, millimetres
@@ -1116,14 +1118,13 @@ def generic_head(assets: Assets | Path) -> Reconstruction:
     """
 
 def parse_command(arguments: Sequence[str], *, program: str = "facewright") -> Command:
-    """Read a command line of the `facewright` program, without its name, and do nothing yet.
+    """Parse a command line of the `facewright` program, without its name, and run nothing.
 
-    `program` is what the help and errors call it. Raises UsageError where it cannot be read, and where help is asked
-    for.
+    `program` is its name in help and errors. Raises UsageError if it cannot be parsed, or if help is asked for.
     """
 
 def run(arguments: Sequence[str], *, program: str = "facewright") -> int:
-    """Do what a command line of the `facewright` program asks for and print what it prints; the exit code.
+    """Run a command line of the `facewright` program, print what it prints, and return the exit code.
 
-    `program` is what the help and errors call it. An interrupt cancels the work.
+    `program` is its name in help and errors. An interrupt cancels the work.
     """

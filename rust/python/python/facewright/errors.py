@@ -4,26 +4,26 @@
 class FacewrightError(Exception):
     """A sentence that says what is wrong and what to do.
 
-    `kind` is a word for programs: the sentence may be reworded, the word stays.
+    `kind` is a word for programs: the sentence may be reworded, but the word stays the same.
     """
 
     kind: str = "other"
 
 
 class InputError(FacewrightError):
-    """Files cannot be read, are missing or do not belong together: give others."""
+    """Files cannot be read, are missing or do not belong together: use other files."""
 
 
 class OutputError(FacewrightError):
-    """A file or folder cannot be written: give another place."""
+    """A file or folder cannot be written: choose another location."""
 
 
 class FilmError(FacewrightError):
-    """The frames show too little: film again, or take other frames."""
+    """The frames show too little: film again, or use other frames."""
 
 
 class CameraError(FacewrightError):
-    """The camera, the rig or the pictures of the board do not fit: calibrate anew."""
+    """The camera, the rig or the pictures of the board do not fit: calibrate again."""
 
 
 class TracksError(FacewrightError):
@@ -31,15 +31,15 @@ class TracksError(FacewrightError):
 
 
 class OptionError(FacewrightError, ValueError):
-    """An option has a value that it cannot have."""
+    """An option has an impossible value."""
 
 
 class SetupError(FacewrightError):
-    """Something is not installed: the head and the nets, or a decoder of videos."""
+    """Something is not installed: the head and the nets, or a video decoder."""
 
 
 class UsageError(FacewrightError):
-    """A command line that cannot be read, or asks for help: `exit_code` is 0 where it does, else 2."""
+    """A command line that cannot be parsed, or that asks for help: `exit_code` is 2, or 0 for help."""
 
     kind = "usage"
     exit_code: int = 2

@@ -121,13 +121,13 @@ impl Camera {
         word(&self.0.sourced().source)
     }
 
-    /// Root mean square reprojection error of all corners, pixels; None where no board is told of, as below.
+    /// Root mean square reprojection error of all corners, pixels; None, as below, where the file lists no board.
     #[getter]
     fn rms_px(&self) -> Option<f64> {
         self.0.calibration().map(|c| c.rms_px)
     }
 
-    /// The same of corners in pictures that were left out.
+    /// The same for corners in held-out pictures.
     #[getter]
     fn hold_out_rms_px(&self) -> Option<f64> {
         self.0.calibration()?.hold_out_rms_px
@@ -142,7 +142,7 @@ impl Camera {
         radial.into_iter().chain(rest).collect()
     }
 
-    /// How far the board is from flat, where the pictures tell.
+    /// How far the board is from flat, if the pictures determine it.
     #[getter]
     fn bend(&self) -> Option<BoardBend> {
         let bend = self.0.calibration()?.bend?;
@@ -176,7 +176,7 @@ impl Camera {
 /// How far a board is from flat.
 #[pyclass(frozen, get_all, module = "facewright")]
 pub struct BoardBend {
-    /// Highest less lowest corner, millimetres.
+    /// Height difference of the highest and the lowest corner, millimetres.
     bulge_mm: f64,
     /// Its standard deviation.
     deviation_mm: f64,

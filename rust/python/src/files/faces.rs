@@ -7,7 +7,7 @@ use numpy::{IntoPyArray, PyArray3};
 use pyo3::prelude::*;
 use std::sync::Arc;
 
-/// A faces.json: what the nets saw in the frames of a clip that they looked at.
+/// A faces.json: what the nets saw in the frames of a clip that they ran on.
 #[pyclass(frozen, eq, from_py_object, module = "facewright")]
 #[derive(Clone, PartialEq)]
 pub struct Faces(Arc<CoreFaces>);
@@ -34,7 +34,7 @@ impl Faces {
         self.0.frames.iter().map(|frame| frame.name.as_str()).collect()
     }
 
-    /// Indices of the frames that were looked at.
+    /// Indices of the frames that the nets ran on.
     #[getter]
     fn looked(&self) -> Vec<usize> {
         (0..self.0.frames.len()).filter(|&frame| self.0.look(frame).is_some()).collect()
@@ -70,7 +70,7 @@ impl Faces {
         looks.map(|look| look.sharpness).collect::<Vec<f64>>().into_pyarray(py)
     }
 
-    /// What should be known of them.
+    /// What the artist should know.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.0.warnings()

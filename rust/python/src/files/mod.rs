@@ -70,7 +70,7 @@ macro_rules! file_class {
 
         #[pymethods]
         impl $class {
-            #[doc = concat!("Read the text of a ", $file, "; raises FacewrightError with what is wrong.")]
+            #[doc = concat!("Parse the text of a ", $file, "; raises FacewrightError with what is wrong.")]
             #[staticmethod]
             fn parse(py: Python<'_>, text: &str) -> PyResult<Self> {
                 let value = py.detach(|| <$core>::parse(text));

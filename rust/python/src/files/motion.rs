@@ -58,7 +58,7 @@ impl Motion {
         frames.filter(|(_, frame)| frame.cam_from_head.is_some()).map(|(k, _)| k).collect()
     }
 
-    /// Every point that has a place.
+    /// Every point that has a position.
     #[getter]
     fn points(&self) -> MotionPoints {
         MotionPoints(self.0.clone())
@@ -88,7 +88,7 @@ impl Motion {
 pub struct Roughness {
     /// Of the rotation, degrees.
     rotation_deg: f64,
-    /// Of the middle of the points, millimetres.
+    /// Of the points' centre, millimetres.
     translation_mm: f64,
 }
 
@@ -111,7 +111,7 @@ impl MotionFrame {
         self.0.rotation_sigma_deg
     }
 
-    /// Standard deviation of the position at the head's middle, millimetres, root of the sum over the axes.
+    /// Standard deviation of the position at the head's centre, millimetres, root of the sum over the axes.
     #[getter]
     fn translation_sigma_mm(&self) -> Option<f64> {
         self.0.translation_sigma_mm
@@ -164,7 +164,7 @@ impl MotionPoints {
         self.each(|point| point.sigma_mm).into_pyarray(py)
     }
 
-    /// (n,) how many frames agree with each.
+    /// (n,) number of frames that agree with each.
     #[getter]
     fn frames<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
         self.each(|point| point.frames as i64).into_pyarray(py)
@@ -182,7 +182,7 @@ impl MotionPoints {
         self.each(|point| word(&point.region))
     }
 
-    /// (n,) whether each moves against the head, and took no part in the motion.
+    /// (n,) whether each moves relative to the head, and was left out of the motion.
     #[getter]
     fn moves<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
         self.each(|point| point.moves).into_pyarray(py)

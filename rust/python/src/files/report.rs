@@ -101,7 +101,7 @@ pub struct FitReport {
     components: usize,
     /// Root mean square of the class's coefficients, in its standard deviations.
     coefficient_rms: f64,
-    /// Part of the points' observations that one motion of the head explains, 0 to 1.
+    /// Fraction of the points' observations that a single motion of the head explains, 0 to 1.
     rigid_agreement: f64,
     /// Median distance of the measured points from the head's surface, millimetres.
     points_median_mm: f64,
@@ -116,7 +116,7 @@ pub struct FitReport {
 pub struct TextureReport {
     /// Width and height, pixels.
     size: u32,
-    /// Part of the skin's texels that some frame saw, 0 to 1.
+    /// Fraction of the skin's texels that some frame saw, 0 to 1.
     seen: f64,
     /// Gain of each used frame: red, green, blue.
     gains: BTreeMap<String, (f64, f64, f64)>,

@@ -9,7 +9,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use std::sync::Arc;
 
-/// A rig.json: several cameras that were calibrated at once, and where they stand.
+/// A rig.json: several cameras that were calibrated together, and their poses.
 ///
 /// The rig's frame is that of its first camera: x right, y down, z forward, metres.
 #[pyclass(frozen, eq, from_py_object, module = "facewright")]
@@ -44,7 +44,7 @@ impl Rig {
         self.0.rms_px
     }
 
-    /// The same with each moment left out of the calibration it is held against.
+    /// The hold-out error: of each moment, with a calibration without it.
     #[getter]
     fn hold_out_rms_px(&self) -> Option<f64> {
         self.0.hold_out_rms_px
@@ -65,7 +65,7 @@ impl Rig {
     }
 }
 
-/// A camera of a rig, and where it stands.
+/// A camera of a rig, and its pose.
 #[pyclass(frozen, module = "facewright")]
 pub struct MountedCamera {
     rig: Arc<CalibratedRig>,
@@ -92,13 +92,13 @@ impl MountedCamera {
         Camera::calibrated(self.core().calibrated.clone())
     }
 
-    /// (4, 4) where it stands, metres; the identity for the first one.
+    /// (4, 4) its pose, metres; the identity for the first one.
     #[getter]
     fn camera_from_rig<'py>(&self, py: Python<'py>) -> Rows<'py> {
         matrix(py, &self.core().mount.camera_from_rig)
     }
 
-    /// (3,) standard deviations of small turns about its axes, radians.
+    /// (3,) standard deviations of small rotations about its axes, radians.
     #[getter]
     fn rotation_deviations<'py>(&self, py: Python<'py>) -> Numbers<'py> {
         PyArray1::from_slice(py, &self.core().mount.rotation_deviations)
@@ -170,5 +170,5 @@ impl Calibration {
 
 fn of_file(camera: &CameraFile) -> PyResult<Drawing> {
     let told = camera.calibration().map(of_camera);
-    told.ok_or_else(|| FacewrightError::new_err("this camera does not tell of the boards it was calibrated from"))
+    told.ok_or_else(|| FacewrightError::new_err("this camera does not say which boards it was calibrated from"))
 }

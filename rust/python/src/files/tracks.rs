@@ -42,7 +42,7 @@ impl Tracks {
         (self.0.camera.camera.width, self.0.camera.camera.height)
     }
 
-    /// Distance between the pupils of the landmarks' head, whose poses the frames have, metres.
+    /// Interpupillary distance of the landmarks' head, whose poses the frames have, metres.
     #[getter]
     fn interocular(&self) -> Option<f64> {
         self.0.interocular

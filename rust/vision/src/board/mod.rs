@@ -42,7 +42,7 @@ const COARSEST_PIXELS: usize = 120_000;
 pub struct BoardOptions {
     /// Least difference of white and black, grey levels.
     pub min_contrast: f64,
-    /// At most this many saddle points or squares of a level are looked at, strongest first.
+    /// At most this many saddle points or squares of a level are tried, strongest first.
     pub max_candidates: usize,
     /// At most this many of them are tried as a first one.
     pub max_seeds: usize,
@@ -192,7 +192,7 @@ fn pyramid(image: &GrayImage) -> Vec<Level<'_>> {
     levels
 }
 
-/// What the levels looked at so far have shown.
+/// What the levels searched so far have shown.
 struct Search<'a> {
     boards: &'a [Board],
     options: &'a BoardOptions,

@@ -20,7 +20,7 @@ const MIN_SECTOR_GAP: f64 = 0.3;
 const PEAK_RADIUS: usize = 2;
 /// Width of the border in which no saddle is looked for: room for [`SECTOR_RADIUS`] and a Newton step.
 pub(super) const MARGIN: usize = 6;
-/// Pixels of a row that are looked at together.
+/// Pixels of a row that are tested together.
 const PIECE: usize = 32;
 /// A saddle's gradient vanishes within this many pixels of the peak.
 const MAX_STEP: f64 = 2.0;

@@ -7,7 +7,7 @@
 //! A corner's score is the smaller eigenvalue of the gradient matrix `G = Σ [Ix² IxIy; IxIy Iy²]` divided by the
 //! number of pixels of the window: squared grey levels per pixel, whatever the window. Gradients are Sobel's, in whole
 //! numbers, so that sums over sliding windows are exact and the same however the picture is cut for the threads. Only
-//! the tiles of the picture that hold some of the mask are looked at.
+//! the tiles of the picture that hold some of the mask are searched.
 //!
 //! # Source
 //! Shi and Tomasi, "Good features to track", 1994.

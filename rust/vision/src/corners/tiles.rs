@@ -1,4 +1,4 @@
-//! The part of the picture that is looked at, in pieces.
+//! The part of the picture that is searched, in pieces.
 
 use image::GrayImage;
 
@@ -6,7 +6,7 @@ use image::GrayImage;
 /// windows need cost little.
 const WIDTH: usize = 256;
 const HEIGHT: usize = 64;
-/// Pixels of a mask that are looked at together, at most 255.
+/// Pixels of a mask that are tested together, at most 255.
 const PIECE: usize = 128;
 
 /// A rectangle of pixels.
@@ -91,7 +91,7 @@ fn last_white(row: &[u8]) -> Option<usize> {
     row[..end].iter().rposition(|&v| v != 0)
 }
 
-/// All pixels are looked at together: most pieces are black or white altogether.
+/// All pixels are tested together: most pieces are black or white altogether.
 fn has_white(piece: &[u8]) -> bool {
     piece.iter().fold(0, |all, &v| all | v) != 0
 }

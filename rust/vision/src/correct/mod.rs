@@ -23,7 +23,7 @@ use std::fmt::{self, Display, Formatter};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CorrectError {
     /// Not one prediction or expectation per match.
-    #[error("there are {known} predictions or expectations for {matches} matches: give one for each, or none at all")]
+    #[error("there are {known} predictions or expectations for {matches} matches: give one for each, or none")]
     Known {
         /// Number of predictions or expectations.
         known: usize,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// What can go wrong before a picture is even looked at. A picture without a face is not an error.
+/// What can go wrong before the nets run on a picture. A picture without a face is not an error.
 #[derive(Debug, thiserror::Error)]
 pub enum LandmarkError {
     /// A net's file is not there.

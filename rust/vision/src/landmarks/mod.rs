@@ -59,7 +59,7 @@ pub struct Face {
     pub flip_disagreement_px: f64,
     /// The irises, `[subject's left, subject's right]`.
     pub irises: [Iris; 2],
-    /// Faces the detector saw when it last looked at the whole picture.
+    /// Faces the detector saw when it last ran on the whole picture.
     pub faces_in_picture: usize,
 }
 
@@ -94,7 +94,7 @@ impl Face {
         let is_sound = self.points.iter().all(|p| finite(p.as_slice()))
             && contours().all(|p| finite(p.as_slice()))
             && self.irises.iter().all(|iris| finite(iris.centre.as_slice()) && finite(&[iris.radius]));
-        if is_sound { Ok(()) } else { Err("the face has numbers that are none") }
+        if is_sound { Ok(()) } else { Err("the face has numbers that are not finite") }
     }
 
     /// Whether this is a face beyond doubt.

@@ -48,7 +48,7 @@ pub enum TrackError {
     #[error("the tracking window is {0} pixels: choose an odd number from 3 to 31")]
     Window(usize),
     /// The Gaussian of the window has no width.
-    #[error("the deviation of the window's weights is {0}: choose a positive number, or none at all")]
+    #[error("the standard deviation of the window's weights is {0}: choose a positive number, or none at all")]
     WindowSigma(f64),
     /// Not one guess per point.
     #[error("there are {guesses} guesses for {points} points: give one for each, or none at all")]

@@ -95,8 +95,8 @@ pub enum BoardPatternError {
 
 fn advice(fits: &Option<Page>) -> String {
     match fits {
-        Some(page) => format!("print on {page}, or take smaller squares"),
-        None => "take smaller or fewer squares".to_owned(),
+        Some(page) => format!("print on {page}, or use smaller squares"),
+        None => "use smaller or fewer squares".to_owned(),
     }
 }
 
@@ -110,6 +110,18 @@ fn side_mm(board: &Board) -> f64 {
 }
 
 /// The board on its page.
+///
+/// # Examples
+/// ```
+/// use facewright::BoardOptions;
+/// use facewright::pictures::board::{Page, SheetOptions, sheet};
+///
+/// let board = BoardOptions { inner: vec![(8, 5).into()], square_mm: 25.0, ..BoardOptions::default() };
+/// let drawing = sheet(&SheetOptions { board, page: Page::A4, ..SheetOptions::default() })?;
+/// let pdf = drawing.encode(drawing::Format::Pdf, 300.0)?;
+/// assert!(pdf.starts_with(b"%PDF"));
+/// # Ok::<(), facewright::FacewrightError>(())
+/// ```
 pub fn sheet(options: &SheetOptions) -> Result<Drawing, FacewrightError> {
     options.validate()?;
     Ok(on_page(&options.board.board()?, options.page, options.mark)?)

@@ -15,7 +15,7 @@ const NOTES: usize = 5;
 
 /// One chart for each camera.
 pub fn bars(drawing: &mut Drawing, area: Area, input: &PictureInput) {
-    let remark = "bar: its corners, line: left out of the calibration";
+    let remark = "bar: its corners; line: hold-out error";
     let area = title(drawing, area, "Error of each picture, px", remark);
     let count = input.cameras.len().max(1);
     for (camera, part) in input.cameras.iter().zip(area.rows(count, 3.0)) {

@@ -79,7 +79,7 @@ const ROWS: [(&str, Value); 10] = [
         times(angle(camera.width, camera.fx), angle(camera.height, camera.fy), 1)
     }),
     ("error of all corners, px", |c| error(Some(c.rms_px))),
-    ("the same, left out, px", |c| error(c.hold_out_rms_px)),
+    ("hold-out error, px", |c| error(c.hold_out_rms_px)),
 ];
 
 fn times(a: f64, b: f64, decimals: usize) -> (String, String) {

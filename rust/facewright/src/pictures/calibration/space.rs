@@ -102,7 +102,7 @@ impl Ground {
 
 /// The oblique view, with a ground measured in millimetres.
 pub fn oblique(drawing: &mut Drawing, area: Area, scene: &Scene) {
-    let area = title(drawing, area, "Boards before the camera", "");
+    let area = title(drawing, area, "Boards in front of the camera", "");
     let (azimuth, elevation) = (AZIMUTH_DEG.to_radians(), ELEVATION_DEG.to_radians());
     let flat = elevation.cos();
     let away = Vec3::new(-flat * azimuth.cos(), elevation.sin(), flat * azimuth.sin());

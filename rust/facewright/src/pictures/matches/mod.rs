@@ -152,8 +152,8 @@ fn legend(drawing: &mut Drawing, top: f64, sizes: &Sizes) {
     State::Kept.draw(drawing, line[1], sizes.mark.max(0.7));
     drawing.text(Text::new("from the place in the first frame", Vec2::new(x + 9.0, base), SMALL).coloured(INK));
     let notes = [
-        "Before the correction too, a mark tells what became of the point; a lost one stands where it was in the first frame.",
-        "Order violations: cross matches of the paper's method, turned triangles of the default one.",
+        "Before the correction too, the mark shows what became of the point; a lost one is drawn where it was in the first frame.",
+        "Order violations: cross matches of the paper's method, flipped triangles of the default one.",
     ];
     for (k, note) in notes.into_iter().enumerate() {
         let at = Vec2::new(MARGIN, base + 5.0 + k as f64 * LEADING * TINY);

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RigError {
     /// Fewer than two cameras.
-    #[error("a rig has at least two cameras; {cameras} given")]
+    #[error("a rig needs at least two cameras, and {cameras} were given")]
     TooFewCameras {
         /// Their number.
         cameras: usize,
@@ -26,7 +26,7 @@ pub enum RigError {
         expected: usize,
     },
     /// A board that looks the same after no turn at all.
-    #[error("a board looks the same after 1, 2 or 4 equal turns, not after {turns}")]
+    #[error("a board looks the same after 1, 2 or 4 equal rotations, not after {turns}")]
     InvalidSymmetry {
         /// Turns given.
         turns: u32,
@@ -64,7 +64,7 @@ pub enum RigError {
     },
     /// All together do not determine what they should.
     #[error(
-        "the pictures do not determine the cameras' places: show the board to all cameras, tilted to different sides"
+        "the pictures do not determine where the cameras are: show the board to all cameras, tilted to different sides"
     )]
     Degenerate,
 }
@@ -85,7 +85,7 @@ pub enum RigWarning {
     Rig(CalibrateWarning),
     /// A picture that contradicts the others was left out.
     #[error(
-        "picture {} of camera {} was left out: it shows the board elsewhere than the others, as if taken at another moment",
+        "picture {} of camera {} was left out: it shows the board in a different place than the others do, as if taken at another moment",
         .moment + 1, .camera + 1
     )]
     LeftOut {
@@ -109,7 +109,7 @@ pub enum RigWarning {
     },
     /// The board looks the same turned, and nothing tells how it was.
     #[error(
-        "how cameras {} and {} are turned to each other is a guess, because the board looks the same after a turn: show it \
+        "the rotation between cameras {} and {} is a guess, because the board looks the same after a rotation: show it \
          at more moments, in different places, or use one with an odd number of corners along one side",
         .camera + 1, .other + 1
     )]

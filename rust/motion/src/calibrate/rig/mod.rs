@@ -79,12 +79,12 @@ impl BoardSymmetry {
     }
 }
 
-/// Where a camera of a rig stands, and how well that is known; all deviations are 0 for the first one.
+/// The pose of a camera of a rig, and how well it is known; all standard deviations are 0 for the first one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Mount {
     /// Where it stands; the identity for the first one.
     pub camera_from_rig: Transform,
-    /// Standard deviations of small turns about this camera's axes, radians.
+    /// Standard deviations of small rotations about this camera's axes, radians.
     pub rotation_deviations: [f64; 3],
     /// Standard deviations of the translation along this camera's axes, metres.
     pub translation_deviations: [f64; 3],

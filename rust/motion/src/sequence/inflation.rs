@@ -1,9 +1,9 @@
-//! How much less tracks tell than they claim: their errors are larger than announced, and alike from frame to frame.
+//! How much less information tracks hold than they claim: their errors are larger than announced, and correlated from frame to frame.
 //!
-//! A tracked place of the skin errs by the shape that its patch had when it was chosen, and by what the skin does against
+//! A tracked point of the skin errs by the shape that its patch had when it was chosen, and by the skin's motion relative to
 //! the skull; both last for many frames. Counted as independent, a few hundred frames would outvote any prior.
 //!
-//! The time over which errors stay alike is the integrated autocorrelation time (Sokal 1997, section 3), taken over all
+//! The time over which errors stay correlated is the integrated autocorrelation time (Sokal 1997, section 3), taken over all
 //! tracks together.
 
 use crate::bundle::{Bundle, Observation};
@@ -13,9 +13,9 @@ use geometry::least_squares::Loss;
 /// Errors whose correlation is below this are taken for independent.
 const INDEPENDENT: f64 = 0.05;
 
-/// By what factor the variances of a bundle's observations exceed those announced, all frames taken for independent: the
-/// noise that is met times the number of frames over which it stays alike. At least 1.
-pub(super) fn excess(bundle: &Bundle, loss: Loss) -> f64 {
+/// The variance inflation of a bundle's observations, all frames counted as independent: the observed variance in parts of that
+/// announced, times the number of frames over which errors stay correlated. At least 1.
+pub(super) fn variance_inflation(bundle: &Bundle, loss: Loss) -> f64 {
     let tracks = residuals(bundle, loss);
     let count: usize = tracks.iter().map(Vec::len).sum();
     let unknowns = 6 * bundle.poses.len() + 3 * tracks.iter().filter(|track| !track.is_empty()).count();
@@ -37,7 +37,7 @@ fn residuals(bundle: &Bundle, loss: Loss) -> Vec<Vec<Vec2>> {
     tracks
 }
 
-/// Number of frames over which errors stay alike: 1 plus twice the correlations at all lags until they vanish.
+/// Number of frames over which errors stay correlated: 1 plus twice the correlations at all lags until they vanish.
 fn correlation_time(tracks: &[Vec<Vec2>]) -> f64 {
     let longest = tracks.iter().map(Vec::len).max().unwrap_or(0);
     let moment = |lag: usize| {
@@ -81,17 +81,17 @@ mod tests {
     fn errors_that_stay_alike_count_as_fewer_frames() {
         // The autocorrelation time of an autoregressive error is (1 + memory) / (1 − memory).
         for (memory, time) in [(0.0, 1.0), (0.5, 3.0), (0.8, 9.0)] {
-            let found = excess(&seen(memory, 0.2), Loss::Squared);
+            let found = variance_inflation(&seen(memory, 0.2), Loss::Squared);
             assert!((found / time - 1.0).abs() < 0.15, "{found} instead of {time}");
         }
-        let found = excess(&seen(0.0, 0.6), Loss::Squared);
+        let found = variance_inflation(&seen(0.0, 0.6), Loss::Squared);
         assert!((found / 9.0 - 1.0).abs() < 0.15, "{found} for three times the noise");
     }
 
     #[test]
     fn perfect_and_missing_observations_count_as_announced() {
-        assert_eq!(excess(&seen(0.5, 0.0), Loss::Squared), 1.0);
+        assert_eq!(variance_inflation(&seen(0.5, 0.0), Loss::Squared), 1.0);
         let none = Bundle { observations: Vec::new(), ..seen(0.0, 0.2) };
-        assert_eq!(excess(&none, Loss::Squared), 1.0);
+        assert_eq!(variance_inflation(&none, Loss::Squared), 1.0);
     }
 }
