@@ -15,21 +15,44 @@ pub fn check_folder(folder: &Path) -> Result<(), FacewrightError> {
     tempfile::Builder::new().prefix(".facewright-").tempdir_in(there).map(drop).map_err(|e| unwritable(folder, &e))
 }
 
-/// Writes files into a folder, all or none.
+/// Writes files into a folder, all or none. They are staged inside it: what is above it may belong to somebody else, or be another volume.
 pub(crate) fn write_together(folder: &Path, files: &[(impl AsRef<Path>, Vec<u8>)]) -> Result<(), FacewrightError> {
-    let parent = folder.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    std::fs::create_dir_all(parent).map_err(|e| unwritable(folder, &e))?;
+    let made = Made::folder(folder)?;
     let stage =
-        tempfile::Builder::new().prefix(".facewright-").tempdir_in(parent).map_err(|e| unwritable(folder, &e))?;
+        tempfile::Builder::new().prefix(".facewright-").tempdir_in(folder).map_err(|e| unwritable(folder, &e))?;
     for (name, bytes) in files {
         let path = stage.path().join(name);
         std::fs::write(&path, bytes).map_err(|e| unwritable(&folder.join(name), &e))?;
     }
-    std::fs::create_dir_all(folder).map_err(|e| unwritable(folder, &e))?;
     for (name, _) in files {
         std::fs::rename(stage.path().join(name), folder.join(name)).map_err(|e| unwritable(&folder.join(name), &e))?;
     }
+    made.keep();
     Ok(())
+}
+
+/// Folders that were made for files which are not there yet; they go again unless they are kept.
+struct Made<'f>(Vec<&'f Path>);
+
+impl<'f> Made<'f> {
+    /// Makes a folder with all that are missing above it.
+    fn folder(folder: &'f Path) -> Result<Self, FacewrightError> {
+        let is_missing = |p: &&Path| !p.as_os_str().is_empty() && !p.exists();
+        let missing: Vec<&Path> = folder.ancestors().take_while(is_missing).collect();
+        std::fs::create_dir_all(folder).map_err(|e| unwritable(folder, &e))?;
+        Ok(Self(missing))
+    }
+
+    fn keep(mut self) {
+        self.0.clear();
+    }
+}
+
+impl Drop for Made<'_> {
+    fn drop(&mut self) {
+        // Innermost first; one that holds something stays.
+        self.0.iter().for_each(|folder| drop(std::fs::remove_dir(folder)));
+    }
 }
 
 /// Writes a text file, whole or not at all.
@@ -70,4 +93,33 @@ pub(crate) fn png(picture: &RgbaImage) -> Result<Vec<u8>, FacewrightError> {
 /// Writes a drawing as the kind of file its name says; `dpi` is the resolution of a PNG.
 pub fn write_drawing(path: &Path, drawing: &Drawing, dpi: f64) -> Result<(), FacewrightError> {
     write_bytes(path, drawing.encode(Format::of(path)?, dpi)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_written_together_and_nothing_else_is_left() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join("a/b");
+        write_together(&folder, &[("one", vec![1]), ("two", vec![2])]).unwrap();
+        let names = |folder: &Path| {
+            let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
+            let mut names: Vec<_> = entries.map(|name| name.into_string().unwrap()).collect();
+            names.sort();
+            names
+        };
+        assert_eq!((names(&folder), names(root.path())), (vec!["one".into(), "two".into()], vec!["a".to_owned()]));
+    }
+
+    #[test]
+    fn a_failure_leaves_no_folder_and_no_file() {
+        let root = tempfile::tempdir().unwrap();
+        // The second has no folder to be staged in.
+        let files = [("one", vec![1]), ("none/two", vec![2])];
+        assert!(write_together(&root.path().join("a/b"), &files).is_err());
+        assert!(write_together(root.path(), &files).is_err());
+        assert_eq!(std::fs::read_dir(root.path()).unwrap().count(), 0);
+    }
 }

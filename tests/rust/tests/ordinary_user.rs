@@ -1,0 +1,84 @@
+//! The program as people run it: as a user to whom only their home belongs, and on volumes of their own.
+
+#![cfg(target_os = "linux")]
+#![expect(clippy::unwrap_used, reason = "the helpers of tests are tests too")]
+
+use end_to_end::program;
+use std::fs;
+use std::os::unix::fs::{PermissionsExt, chown};
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// Nobody in particular.
+const USER: u32 = 65534;
+
+/// Whether this test can become another user; says so where it cannot.
+fn can(program: &str, arguments: &[&str]) -> bool {
+    let can = Command::new(program).args(arguments).output().is_ok_and(|output| output.status.success());
+    if !can {
+        println!("skipped: `{program} {}` is not possible here", arguments.join(" "));
+    }
+    can
+}
+
+/// The program where every user may run it.
+fn copied(folder: &Path) -> std::path::PathBuf {
+    let copy = folder.join("facewright");
+    // By another process: a file that this one still had open for a test's child could not be run.
+    assert!(Command::new("cp").arg(program().unwrap()).arg(&copy).status().unwrap().success());
+    fs::set_permissions(folder, fs::Permissions::from_mode(0o755)).unwrap();
+    copy
+}
+
+fn board(command: &mut Command, output: &Path) -> Output {
+    command.args(["board", "--inner", "9x6", "--square-mm", "25", "-q", "-o"]).arg(output).output().unwrap()
+}
+
+#[test]
+fn a_user_writes_into_their_home_and_is_told_where_they_may_not() {
+    if !can("setpriv", &["--reuid", "65534", "--clear-groups", "true"]) {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let (program, home) = (copied(folder.path()), folder.path().join("home"));
+    fs::create_dir(&home).unwrap();
+    chown(&home, Some(USER), Some(USER)).unwrap();
+    let write = |output: &Path| {
+        let mut command = Command::new("setpriv");
+        command.args(["--reuid", "65534", "--regid", "65534", "--clear-groups"]).arg(&program);
+        board(&mut command, output)
+    };
+    for output in ["board.png", "new/folder/board.png"] {
+        let output = home.join(output);
+        let said = write(&output);
+        assert!(said.status.success() && output.is_file(), "{said:?}");
+    }
+    let said = write(&folder.path().join("board.png"));
+    let sentence = String::from_utf8(said.stderr).unwrap();
+    assert!(!said.status.success() && sentence.contains("Permission denied"), "{sentence}");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "the program and the home");
+}
+
+#[test]
+fn the_root_of_a_volume_is_written_to_and_a_read_only_one_is_named() {
+    if !can("unshare", &["--mount", "mount", "-t", "tmpfs", "none", "/mnt"]) {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let (program, volume) = (copied(folder.path()), folder.path().join("volume"));
+    fs::create_dir(&volume).unwrap();
+    let run = |options: &str| {
+        let script = "mount -t tmpfs -o \"$1\" none \"$2\" && \"$3\" board --inner 9x6 --square-mm 25 -q -o \"$2/board.png\" >/dev/null; \
+            rc=$?; ls -A \"$2\"; exit $rc";
+        let mut command = Command::new("unshare");
+        command.args(["--mount", "sh", "-c", script, "sh", options]).arg(&volume).arg(&program).output().unwrap()
+    };
+    let written = run("size=4m");
+    assert_eq!(String::from_utf8_lossy(&written.stdout), "board.png\n", "{written:?}");
+    let refused = run("ro");
+    let sentence = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(!refused.status.success() && sentence.contains("Read-only file system"), "{sentence}");
+    let full = run("size=8k");
+    assert!(!full.status.success() && full.stdout.is_empty(), "{full:?}");
+    assert!(String::from_utf8_lossy(&full.stderr).contains("No space left"), "{full:?}");
+}
