@@ -14,6 +14,7 @@ import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from multiprocessing import Process
 from pathlib import Path
 from typing import Any
 
@@ -37,9 +38,13 @@ class Film:
     height: int
     has_face: bool = True
 
-    def write(self, clip: list[Picture], folder: Path) -> Path:
-        """Its frames, in a folder of its own."""
-        frames = folder / self.name.replace(" ", "-")
+    def folder(self, folder: Path) -> Path:
+        """Where its frames are."""
+        return folder / self.name.replace(" ", "-")
+
+    def write(self, clip: list[Picture], folder: Path) -> None:
+        """Its frames, unless they are there."""
+        frames = self.folder(folder)
         if not frames.is_dir():
             unfinished = frames.with_suffix(".part")
             shutil.rmtree(unfinished, ignore_errors=True)
@@ -47,7 +52,6 @@ class Film:
             for k, picture in zip(range(self.frames), there_and_back(clip), strict=False):
                 cv2.imwrite(str(unfinished / f"frame_{k:06d}.png"), self.enlarged(picture), [cv2.IMWRITE_PNG_COMPRESSION, 1])
             unfinished.rename(frames)
-        return frames
 
     def enlarged(self, picture: Picture) -> Picture:
         """The picture at the film's height, its edges repeated to the sides or cut off."""
@@ -127,12 +131,23 @@ def row(film: Film, side: str, cost: Cost) -> str:
     )
 
 
+def write_films(clip: Path, folder: Path) -> None:
+    """All films. In a process of its own: a program's memory is counted from that of the process that starts it."""
+    pictures = read(clip)
+    for film in FILMS:
+        film.write(pictures, folder)
+
+
 def main() -> None:
     """Measures every film, each program in turn."""
     clip, folder, assets, *programs = map(Path, sys.argv[1:])
-    pictures = read(clip)
+    writing = Process(target=write_films, args=(clip, folder))
+    writing.start()
+    writing.join()
+    if writing.exitcode:
+        sys.exit("the films could not be written")
     for film in FILMS:
-        frames = film.write(pictures, folder)
+        frames = film.folder(folder)
         costs: list[list[Cost]] = [[] for _ in programs]
         for _ in range(TURNS):
             for program, taken in zip(programs, costs, strict=True):
