@@ -8,6 +8,7 @@ mod films;
 mod octave;
 mod store;
 mod straight;
+mod video;
 
 use crate::FacewrightError;
 use films::Film;
@@ -15,7 +16,6 @@ use geometry::Progress;
 use image::{DynamicImage, ImageDecoder, ImageReader, RgbImage, imageops};
 pub(crate) use octave::Octave;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::sync::Arc;
 use store::Store;
 pub(crate) use straight::resampled;
@@ -23,7 +23,8 @@ use tempfile::TempDir;
 use vision::pyramid::Pyramid;
 
 const PICTURES: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "bmp", "webp"];
-const VIDEOS: [&str; 8] = ["mp4", "mov", "avi", "mkv", "webm", "m4v", "mpg", "ogv"];
+const VIDEOS: [&str; 15] =
+    ["mp4", "mov", "avi", "mkv", "webm", "m4v", "mpg", "mpeg", "ogv", "mts", "m2ts", "wmv", "3gp", "flv", "gif"];
 /// Diagonal of a 36 × 24 mm film frame, to which "35 mm equivalent" focal lengths refer.
 const FILM_DIAGONAL_MM: f64 = 43.267;
 
@@ -63,7 +64,7 @@ pub struct FrameSet {
     films: Vec<Film>,
     pictures: Store<RgbImage>,
     pyramids: Store<Halved>,
-    _decoded: Option<TempDir>,
+    _decoded: Vec<TempDir>,
 }
 
 impl FrameSet {
@@ -71,12 +72,12 @@ impl FrameSet {
     pub fn open(inputs: &[PathBuf], progress: &Progress) -> Result<Self, FacewrightError> {
         progress.stage("frames")?;
         let mut paths = Vec::new();
-        let mut decoded = None;
+        let mut decoded = Vec::new();
         for input in inputs {
-            if is(input, &VIDEOS) {
-                let folder = decode_video(input)?;
+            if is(input, &VIDEOS) && !input.is_dir() {
+                let folder = video::decode(input, paths.len())?;
                 paths.extend(pictures_in(folder.path())?);
-                decoded = Some(folder);
+                decoded.push(folder);
             } else if input.is_dir() {
                 paths.extend(pictures_in(input)?);
             } else if let Some(matching) = matching(input) {
@@ -114,7 +115,7 @@ impl FrameSet {
     pub(crate) fn of(frames: Vec<Frame>, width: u32, height: u32) -> Self {
         let (pictures, pyramids) = (Store::new(frames.len(), PICTURES_ROOM), Store::new(frames.len(), PYRAMIDS_ROOM));
         let films = vec![Film { frames: 0..frames.len(), map: None }];
-        Self { frames, width, height, exif_focal: None, films, pictures, pyramids, _decoded: None }
+        Self { frames, width, height, exif_focal: None, films, pictures, pyramids, _decoded: Vec::new() }
     }
 
     /// Refuses, in words, what was made of another clip: of other names, or another size.
@@ -212,19 +213,43 @@ fn join(inputs: &[PathBuf]) -> String {
     inputs.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ")
 }
 
+/// The pictures of a folder in their natural order; hidden files are none.
 fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, FacewrightError> {
     let entries = std::fs::read_dir(folder).map_err(|e| unreadable(folder, &e))?;
     let mut paths: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();
-    paths.retain(|p| is(p, &PICTURES));
-    paths.sort();
+    paths.retain(|p| is(p, &PICTURES) && !is_hidden(p));
+    paths.sort_by_cached_key(|path| natural(&path.file_name().unwrap_or_default().to_string_lossy()));
     Ok(paths)
+}
+
+/// As systems hide what is not for people: macOS puts a `._frame.jpg` beside each picture on foreign volumes.
+fn is_hidden(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'))
+}
+
+/// A key by which `frame9` comes before `frame10`: stretches of digits count as numbers, then the name itself decides.
+fn natural(name: &str) -> (Vec<(String, u64)>, String) {
+    let (mut parts, mut rest) = (Vec::new(), name);
+    while !rest.is_empty() {
+        let text = rest.find(|c: char| c.is_ascii_digit()).unwrap_or(rest.len());
+        let digits = rest[text..].find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len() - text);
+        // A number too large to count is the largest.
+        let number = rest[text..text + digits].parse().unwrap_or(if digits == 0 { 0 } else { u64::MAX });
+        parts.push((rest[..text].to_owned(), number));
+        rest = &rest[text + digits..];
+    }
+    (parts, name.to_owned())
 }
 
 /// Files whose names match a pattern with `*` or `?`, by name; `None` for an ordinary path.
 fn matching(pattern: &Path) -> Option<Result<Vec<PathBuf>, FacewrightError>> {
     let text = pattern.to_str().filter(|text| text.contains(['*', '?']) && !pattern.exists())?;
     let found = glob::glob(text).map_err(|e| unreadable(pattern, &e));
-    Some(found.map(|paths| paths.filter_map(Result::ok).filter(|p| is(p, &PICTURES)).collect()))
+    Some(found.map(|paths| {
+        let mut paths: Vec<PathBuf> = paths.filter_map(Result::ok).filter(|p| is(p, &PICTURES)).collect();
+        paths.sort_by_cached_key(|path| natural(&path.to_string_lossy()));
+        paths
+    }))
 }
 
 fn upright_size(path: &Path) -> Result<(u32, u32), FacewrightError> {
@@ -235,25 +260,6 @@ fn upright_size(path: &Path) -> Result<(u32, u32), FacewrightError> {
     use image::metadata::Orientation::{Rotate90, Rotate90FlipH, Rotate270, Rotate270FlipH};
     let turned = matches!(decoder.orientation(), Ok(Rotate90 | Rotate270 | Rotate90FlipH | Rotate270FlipH));
     Ok(if turned { (height, width) } else { (width, height) })
-}
-
-fn decode_video(video: &Path) -> Result<TempDir, FacewrightError> {
-    if !video.is_file() {
-        return Err(unreadable(video, &"there is no such file"));
-    }
-    let folder = tempfile::tempdir().map_err(|e| unreadable(video, &e))?;
-    let command = Command::new("ffmpeg")
-        .args(["-nostdin", "-loglevel", "error", "-i"])
-        .arg(video)
-        .args(["-fps_mode", "passthrough", "-start_number", "0"])
-        .arg(folder.path().join("frame_%06d.png"))
-        .output();
-    match command {
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err(FacewrightError::NoFfmpeg { path: video.to_owned() }),
-        Err(e) => Err(unreadable(video, &e)),
-        Ok(out) if !out.status.success() => Err(unreadable(video, &String::from_utf8_lossy(&out.stderr).trim())),
-        Ok(_) => Ok(folder),
-    }
 }
 
 /// Focal length in pixels from the "35 mm equivalent" that cameras and phones write.
@@ -310,6 +316,23 @@ mod tests {
         std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
         assert!(load_picture(&path).unwrap_err().to_string().contains("a.png cannot be read"));
         assert!(FrameSet::open(&[folder.path().join("none.png")], &Progress::new()).is_err());
+    }
+
+    #[test]
+    fn frames_come_in_their_natural_order_without_hidden_files() {
+        let picture = || DynamicImage::from(RgbImage::new(8, 6));
+        let folder = folder_with(&["f10.png", "f9.png", "f1.png", "F2.png"].map(|name| (name, picture())));
+        std::fs::write(folder.path().join("._f1.png"), b"Mac OS X").unwrap();
+        let names = |inputs: &[PathBuf]| -> Vec<String> {
+            let set = FrameSet::open(inputs, &Progress::new()).unwrap();
+            set.frames.into_iter().map(|frame| frame.name).collect()
+        };
+        assert_eq!(names(&[folder.path().to_owned()]), ["F2", "f1", "f9", "f10"]);
+        assert_eq!(names(&[folder.path().join("f*.png")]), ["f1", "f9", "f10"]);
+        let clip = folder.path().join("clip.mp4");
+        std::fs::create_dir(&clip).unwrap();
+        picture().save(clip.join("one.png")).unwrap();
+        assert_eq!(names(&[clip]), ["one"]);
     }
 
     #[test]
