@@ -119,6 +119,9 @@ pub struct Matches {
     pub pairs: Vec<MatchedPair>,
 }
 
+/// Times of the steps, in parts: frames opened, a look at each, matches.
+const PARTS: [f64; 4] = [5.0, 25.0, 25.0, 45.0];
+
 /// Matches corners of the face between two frames.
 pub fn match_pair(
     a: &Path,
@@ -129,18 +132,20 @@ pub fn match_pair(
     progress: &Progress,
 ) -> Result<Matches, FacewrightError> {
     options.validate()?;
-    let frames = FrameSet::open(&[a.to_owned(), b.to_owned()], progress)?;
+    let [opening, first, second, matching] = progress.split(&PARTS);
+    let frames = FrameSet::open(&[a.to_owned(), b.to_owned()], &opening)?;
     let camera = starting_camera(&frames, camera)?;
-    let looks = [look(&frames, 0, assets)?, look(&frames, 1, assets)?];
+    let looks = [look(&frames, 0, assets, &first)?, look(&frames, 1, assets, &second)?];
     let mut pair = match options.method {
         Method::Paper => paper_matches([&looks[0].skin.pyramid, &looks[1].skin.pyramid], &looks[0].skin.mask, options)?,
-        Method::Default => head_matches(&looks, assets, &camera, options, progress)?,
+        Method::Default => head_matches(&looks, assets, &camera, options, &matching)?,
     };
     let kept = pair.kept().count();
     if kept < 8 {
         return Err(FacewrightError::TooFewMatches { found: kept });
     }
     [pair.a, pair.b] = [0, 1].map(|i| frames.frames[i].name.clone());
+    progress.done()?;
     Ok(Matches { schema: Schema, pairs: vec![pair] })
 }
 
@@ -191,7 +196,8 @@ struct Look {
     seen: FrameObservation,
 }
 
-fn look(frames: &FrameSet, i: usize, assets: &Assets) -> Result<Look, FacewrightError> {
+fn look(frames: &FrameSet, i: usize, assets: &Assets, progress: &Progress) -> Result<Look, FacewrightError> {
+    progress.stage("faces")?;
     let picture = frames.picture(i)?;
     let face = assets.landmarker.find(&picture)?.ok_or(FacewrightError::NoFace { frames: 1 })?;
     Ok(Look { skin: TrackedSkin::of(frames.pyramid(i)?, &face), seen: observation(Some(&face)) })

@@ -37,6 +37,12 @@ const FARTHEST_TURN_DEG: f64 = 34.0;
 /// … and with a measured one, which foretells how patches are warped.
 const FARTHEST_TURN_MEASURED_DEG: f64 = 40.0;
 
+/// Times of the steps of [`track`], in parts: faces, tracks.
+const PARTS: [f64; 2] = [50.0, 50.0];
+/// Those of tracking: corners of the reference frames, the search for them, and relays where there are any.
+const TRACKING: [f64; 2] = [5.0, 45.0];
+const RELAYING: f64 = 50.0;
+
 /// How a sequence is tracked.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
@@ -99,8 +105,9 @@ pub fn track(
     }
     options.validate()?;
     let camera = starting_camera(frames, given.camera.as_ref())?;
-    let clip = Clip::look(frames, assets, given, &camera, &SizeOptions::default(), progress)?;
-    track_head(&clip, &clip.known, camera.source, options, Corners::New, progress)
+    let [looking, tracking] = progress.split(&PARTS);
+    let clip = Clip::look(frames, assets, given, &camera, &SizeOptions::default(), &looking)?;
+    track_head(&clip, &clip.known, camera.source, options, Corners::New, &tracking)
 }
 
 /// Which corners a reference frame gets.
@@ -136,6 +143,7 @@ pub fn track_head(
         Method::Default => sequence.follow(progress)?,
         Method::Paper => chain(&sequence, progress)?,
     };
+    progress.done()?;
     Ok(sequence.report(SourcedCamera { camera: known.camera, source }, window, &findings))
 }
 
@@ -248,11 +256,13 @@ impl<'a> Sequence<'a> {
 
     /// Chooses points in the reference frames and seeks them in all frames; the window, and what was found.
     fn follow(&self, progress: &Progress) -> Result<(usize, Findings), FacewrightError> {
+        let relays = if self.corners == Corners::New { RELAYING } else { 0.0 };
+        let [choosing, seeking, relaying] = progress.split(&[TRACKING[0], TRACKING[1], relays]);
         let references = self.references()?.into_iter();
         let shots: Vec<Shot> = references.filter_map(|i| self.shoot(i).transpose()).collect::<Result<_, _>>()?;
         let surfaces: Vec<Surface> = shots.iter().map(|shot| self.surface(shot)).collect();
         let scenes: Vec<Scene> = shots.iter().zip(&surfaces).map(|(shot, surface)| self.scene(shot, surface)).collect();
-        let references = self.choose(&shots, &scenes)?;
+        let references = self.choose(&shots, &scenes, &choosing)?;
         let mut findings = Findings::default();
         for reference in &references {
             let region = |seed: &Seed| self.region(reference.index, &seed.pixel);
@@ -262,12 +272,12 @@ impl<'a> Sequence<'a> {
         }
         let indices: Vec<usize> = (0..self.len()).collect();
         for chunk in indices.chunks(CHUNK) {
-            progress.step(chunk[0], indices.len())?;
+            seeking.step(chunk[0], indices.len())?;
             let found: Result<Vec<_>, FacewrightError> = chunk.par_iter().map(|&i| self.seek(i, &references)).collect();
             found?.into_iter().flatten().for_each(|(point, finding)| findings.note(point, finding));
         }
         if self.corners == Corners::New {
-            relay(self, &references, &mut findings, progress)?;
+            relay(self, &references, &mut findings, &relaying)?;
         }
         findings.drop_unreliable();
         let window = scenes.first().map_or(0, |scene| self.search.window(&scene.view));
@@ -283,9 +293,15 @@ impl<'a> Sequence<'a> {
     }
 
     /// Corners of each reference frame, beside the points of those before it or not.
-    fn choose<'s>(&self, shots: &[Shot], scenes: &'s [Scene<'s>]) -> Result<Vec<Reference<'s>>, FacewrightError> {
+    fn choose<'s>(
+        &self,
+        shots: &[Shot],
+        scenes: &'s [Scene<'s>],
+        progress: &Progress,
+    ) -> Result<Vec<Reference<'s>>, FacewrightError> {
         let mut references: Vec<Reference> = Vec::new();
         for (shot, scene) in shots.iter().zip(scenes) {
+            progress.step(references.len(), shots.len())?;
             let seeds = match self.corners {
                 Corners::New => self.new_corners(scene, &references)?,
                 Corners::All => self.all_corners(scene)?,
