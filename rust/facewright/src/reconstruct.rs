@@ -248,7 +248,9 @@ fn sharpen(
         ..better.clone()
     };
     let options = TrackClipOptions { points: DENSE, ..TrackClipOptions::default() };
-    let tracks = track_head(clip, &chosen, CameraSource::Board, &options, Corners::All, &tracking)?;
+    let disabled = solver.given.tracks.as_ref().map_or(&[][..], |tracks| &tracks.disabled);
+    let corners = Corners::All(disabled);
+    let tracks = track_head(clip, &chosen, CameraSource::Board, &options, corners, &tracking)?;
     let mut again = solver.solve(&tracks, None, &MotionOptions::default(), &moving)?;
     again.scale = motion.scale.clone();
     let mut sharp = shape::measure(clip, &better, &again, rough.chosen.clone(), solver.size, &shaping)?;

@@ -10,7 +10,7 @@ use super::region::region;
 use super::relay::relay;
 use super::search::{Anchors, REFERENCE_PX, Scene, Search, SearchOptions, Seed, seeds};
 use super::surface::{SkinPoint, Surface, View};
-use super::{FrameTracks, PointObservation, PointTrack, Tracks};
+use super::{DisabledPoint, FrameTracks, PointObservation, PointTrack, Tracks};
 use crate::camera::starting_camera;
 use crate::faces::{Clip, KnownHead, SelectOptions, TrackedSkin, candidates, judge_all, yaw_pitch};
 use crate::reason::{FrameReason, Told};
@@ -111,20 +111,27 @@ pub fn track(
 }
 
 /// Which corners a reference frame gets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Corners {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Corners<'a> {
     /// Those that no reference frame before it has given.
     New,
     /// As many as if it were the only one, on a head that was measured: a place that several have chosen is measured several times.
-    All,
+    /// Within a window of these places nothing is chosen, and nothing found: an artist has said that points go wrong there.
+    All(&'a [DisabledPoint]),
 }
 
-impl Corners {
+impl<'a> Corners<'a> {
     fn farthest_turn_deg(self) -> f64 {
         match self {
             Self::New => FARTHEST_TURN_DEG,
-            Self::All => FARTHEST_TURN_MEASURED_DEG,
+            Self::All(_) => FARTHEST_TURN_MEASURED_DEG,
         }
+    }
+
+    /// The places of a frame that are left out.
+    fn disabled(self, frame: usize) -> impl Iterator<Item = &'a Vec2> {
+        let all = if let Self::All(disabled) = self { disabled } else { &[] };
+        all.iter().filter(move |point| point.frame == frame).map(|point| &point.pixel)
     }
 }
 
@@ -134,7 +141,7 @@ pub fn track_head(
     known: &KnownHead,
     source: CameraSource,
     options: &TrackClipOptions,
-    corners: Corners,
+    corners: Corners<'_>,
     progress: &Progress,
 ) -> Result<Tracks, FacewrightError> {
     let sequence = Sequence::new(clip, known, options, corners)?;
@@ -151,7 +158,7 @@ pub fn track_head(
 pub(super) struct Sequence<'a> {
     pub clip: &'a Clip<'a>,
     pub options: &'a TrackClipOptions,
-    corners: Corners,
+    corners: Corners<'a>,
     known: &'a KnownHead,
     triangles: Vec<[u32; 3]>,
     pub search: SearchOptions,
@@ -183,7 +190,7 @@ impl<'a> Sequence<'a> {
         clip: &'a Clip<'a>,
         known: &'a KnownHead,
         options: &'a TrackClipOptions,
-        corners: Corners,
+        corners: Corners<'a>,
     ) -> Result<Self, FacewrightError> {
         let search = SearchOptions { window: options.window, ..SearchOptions::default() };
         let quality = judge_all(&candidates(clip), &SelectOptions::default());
@@ -221,7 +228,7 @@ impl<'a> Sequence<'a> {
         let positions = match self.corners {
             Corners::New => self.clip.head.with_expression(&self.known.positions, &known.expression),
             // Quiet faces were chosen: what landmarks make of their expressions is mostly jitter.
-            Corners::All => self.known.positions.clone(),
+            Corners::All(_) => self.known.positions.clone(),
         };
         Ok(Some(Shot { index, skin, pose: known.cam_from_head, positions }))
     }
@@ -304,7 +311,7 @@ impl<'a> Sequence<'a> {
             progress.step(references.len(), shots.len())?;
             let seeds = match self.corners {
                 Corners::New => self.new_corners(scene, &references)?,
-                Corners::All => self.all_corners(scene)?,
+                Corners::All(_) => self.all_corners(scene, shot.index)?,
             };
             let first = references.last().map_or(0, |r| r.first + r.anchors.seeds.len());
             let anchors = Anchors::take(scene, seeds, &self.search)?;
@@ -330,8 +337,10 @@ impl<'a> Sequence<'a> {
     }
 
     /// All corners of the skin that faces the camera.
-    fn all_corners(&self, scene: &Scene) -> Result<Vec<Seed>, FacewrightError> {
-        let mut seeds = seeds(scene, &scene.skin.mask, &self.search.corners(scene, self.options.points))?;
+    fn all_corners(&self, scene: &Scene, index: usize) -> Result<Vec<Seed>, FacewrightError> {
+        let (mut free, window) = (scene.skin.mask.clone(), self.search.window(&scene.view) as f64);
+        self.corners.disabled(index).for_each(|pixel| clear_disc(&mut free, pixel, window));
+        let mut seeds = seeds(scene, &free, &self.search.corners(scene, self.options.points))?;
         let cosine = self.search.least_cosine();
         seeds.retain(|seed| scene.view.facing(&seed.point).is_some_and(|found| found > cosine));
         Ok(seeds)
@@ -359,7 +368,12 @@ impl<'a> Sequence<'a> {
                 Some(scene) if turn(scene) > self.corners.farthest_turn_deg() => found.extend(all(Loss::Turned)),
                 Some(scene) => {
                     let again = reference.anchors.search(scene, &self.search)?;
-                    found.extend(numbers.clone().zip(verdicts(index, &again)));
+                    let window = self.search.window(&scene.view) as f64;
+                    let near = |pixel: &Vec2| self.corners.disabled(index).any(|at| (at - pixel).norm() <= window);
+                    let kept = |finding: Finding| {
+                        finding.and_then(|o| if near(&o.pixel) { Err((index, Loss::Disabled)) } else { Ok(o) })
+                    };
+                    found.extend(numbers.clone().zip(verdicts(index, &again).map(kept)));
                 }
             }
         }
@@ -391,6 +405,7 @@ impl<'a> Sequence<'a> {
             window,
             frames: (0..self.len()).map(frame).collect(),
             tracks,
+            disabled: Vec::new(),
             warnings: self.clip.faces.warnings(),
         }
     }
