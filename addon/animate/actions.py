@@ -11,14 +11,13 @@ NEUTRAL = "neutral"
 
 def face(scene: Any, active: Any) -> Any:
     """The skin object that the buttons act on: of the active object's head, or of the last one made; None without."""
-    head = heads.current(scene, active, scene.facewright_clip.wanted)
-    return head.skin if head is not None else None
+    return named_face(scene, active)[0]
 
 
-def head_line(scene: Any, active: Any) -> str:
-    """Which head the buttons act on; empty where there is only one."""
-    head = heads.current(scene, active, scene.facewright_clip.wanted)
-    return heads.name_among(scene, head) if head is not None else ""
+def named_face(scene: Any, active: Any) -> tuple[Any, str]:
+    """The same with what tells its head from others; that is empty where there is only one."""
+    shown = heads.current(scene, active, scene.facewright_clip.wanted)
+    return (shown[0].skin, shown[1]) if shown is not None else (None, "")
 
 
 def complaint(skin: Any) -> str:

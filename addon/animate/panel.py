@@ -18,8 +18,9 @@ class FACEWRIGHT_PT_expressions(bpy.types.Panel):
         return actions.face(context.scene, context.object) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
-        if head := actions.head_line(context.scene, context.object):
+        face, head = actions.named_face(context.scene, context.object)
+        if head:
             self.layout.label(text=head, icon="USER")
         grid = self.layout.grid_flow(columns=2, align=True)
-        for name in actions.names(actions.face(context.scene, context.object)):
+        for name in actions.names(face):
             grid.operator(FACEWRIGHT_OT_expression.bl_idname, text=name.capitalize()).name = name

@@ -193,9 +193,10 @@ def _chosen(found: list[Head], clip: str, wanted: str) -> Head | None:
 def report(scene: Any, active: Any) -> tuple[str, str] | None:
     """The report of the active object's head, or of the last one made, after the head's name; that is empty for one."""
     shown = heads.current(scene, active, scene.facewright_clip.wanted)
-    if shown is None or shown.skin is None or scene_head.REPORT not in shown.skin:
+    if shown is None:
         return None
-    return heads.name_among(scene, shown), shown.skin[scene_head.REPORT]
+    head, name = shown
+    return (name, head.skin[scene_head.REPORT]) if head.skin is not None and scene_head.REPORT in head.skin else None
 
 
 def markers_complaint(path: str, method: Method) -> str:

@@ -83,20 +83,23 @@ def heads(scene: bpy.types.Scene) -> list[Head]:
     return [Head(key, skin, parts, _home(key, parts.values(), homes)) for key, skin, parts in found]
 
 
-def current(scene: bpy.types.Scene, active: bpy.types.Object | None, key: str) -> Head | None:
-    """The head that an artist works on: that of the active object, or that of a key, or the last one of the scene."""
+def current(scene: bpy.types.Scene, active: bpy.types.Object | None, key: str) -> tuple[Head, str] | None:
+    """The head that an artist works on: that of the active object, or that of a key, or the last one of the scene.
+
+    After it comes what tells it from the others of the scene; empty where there are none.
+    """
     found = [head for head in heads(scene) if head.skin is not None]
+    head = _worked_on(found, active, key)
+    return None if head is None else (head, head.title if len(found) > 1 else "")
+
+
+def _worked_on(found: list[Head], active: bpy.types.Object | None, key: str) -> Head | None:
     while active is not None:
         for head in found:
             if active in head.objects:
                 return head
         active = active.parent
     return of_key(found, key) or (found[-1] if found else None)
-
-
-def name_among(scene: bpy.types.Scene, head: Head) -> str:
-    """What tells a head from the others of a scene; empty where there are none."""
-    return head.title if sum(other.skin is not None for other in heads(scene)) > 1 else ""
 
 
 def of_key(found: list[Head], key: str) -> Head | None:

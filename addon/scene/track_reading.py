@@ -29,9 +29,10 @@ def collect_named(clip: bpy.types.MovieClip) -> tuple[Tracks, dict[str, int]]:
     tracks = record.tracks
     index = {row["clip_frame"]: k for k, row in enumerate(record.frames)}
     following = 1 + max((mark.id for mark in record.marks.values()), default=-1)
-    found, named = [], {}
+    found, named, disabled = [], {}, []
     for track in face.tracks:
         mark = record.marks.get(track.name)
+        disabled += _disabled(track, mark, tracks.size, index) if mark is not None else []
         read = _read(track, mark or _own(track, following), tracks.size, index)
         if read is not None:
             found.append(read)
@@ -39,7 +40,8 @@ def collect_named(clip: bpy.types.MovieClip) -> tuple[Tracks, dict[str, int]]:
             following += mark is None
     if not found:
         raise FacewrightError(f"all markers of {face.name} in {clip.name} are disabled: track the face again")
-    return tracks.with_tracks(sorted(found, key=lambda track: track.id)), named
+    read_back = tracks.with_tracks(sorted(found, key=lambda track: track.id))
+    return read_back.with_disabled(sorted(disabled)), named
 
 
 def _own(track: ClipTrack, number: int) -> Mark:
@@ -73,6 +75,17 @@ def _read(track: ClipTrack, mark: Mark, size: tuple[int, int], index: dict[int, 
         missing=_missing(mark, set(numbers.tolist()), index),
         place=None if edited else mark.place,
     )
+
+
+def _disabled(
+    track: ClipTrack, mark: Mark, size: tuple[int, int], index: dict[int, int]
+) -> list[tuple[int, float, float]]:
+    """Frame and pixels of the markers that the library set and the artist disabled, or gave no weight."""
+    read = markers.read(track, size)
+    off = ~read.enabled | (track.weight <= 0.0)
+    places = zip(read.frames[off].tolist(), np.round(read.points[off], DECIMALS).tolist(), strict=True)
+    # A disabled marker where nothing was found only ends a run.
+    return [(index[n], u, v) for n, (u, v) in places if n in index and mark.sigma(n) > 0.0]
 
 
 def _trust(mark: Mark, track: ClipTrack) -> float:

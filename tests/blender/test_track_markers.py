@@ -137,9 +137,24 @@ def test_a_disabled_marker_is_a_gap_with_its_reason(tracked: bpy.types.MovieClip
     assert after["reference"] in [row[0] for row in after["observations"]]
     assert len(after["observations"]) == len(before["observations"]) - 1
     assert len(read(tracked)["tracks"]) == 12
+    at = next(row for row in before["observations"] if row[0] == before["reference"])
+    assert read(tracked)["disabled"] == [pytest.approx(at[:3], abs=1e-4)], (
+        "the markers that end runs are nobody's verdict"
+    )
     for there in track.markers:
         there.mute = True
     assert 5 not in by_id(read(tracked)), "a track without an enabled marker is left out"
+    assert len(read(tracked)["disabled"]) == len(before["observations"])
+
+
+def test_without_edits_nothing_is_disabled(tracked: bpy.types.MovieClip) -> None:
+    assert "disabled" not in read(tracked)
+
+
+def test_the_markers_of_a_track_without_weight_are_disabled(tracked: bpy.types.MovieClip) -> None:
+    before = by_id(read(tracked))[5]
+    next(t for t in tracked.tracking.objects["Face"].tracks if t.name.endswith("0005")).weight = 0.0
+    assert [row[0] for row in read(tracked)["disabled"]] == [row[0] for row in before["observations"]]
 
 
 def test_a_marker_that_is_dragged_in_the_editor_counts_as_set_by_hand(tracked: bpy.types.MovieClip) -> None:

@@ -78,6 +78,6 @@ pub use result::{
 };
 pub use size::{KnownLength, SizeOptions};
 pub use track::{
-    FrameTracks, MatchOptions, MatchedPair, Matches, PointGap, PointObservation, PointTrack, Region, TrackClipOptions,
-    Tracks, match_pair, track,
+    DisabledPoint, FrameTracks, MatchOptions, MatchedPair, Matches, PointGap, PointObservation, PointTrack, Region,
+    TrackClipOptions, Tracks, match_pair, track,
 };

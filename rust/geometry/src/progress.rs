@@ -88,6 +88,16 @@ impl Progress {
         (0..parts).map(part).collect()
     }
 
+    /// A handle for each of several rounds, the number of which nobody knows before: the first one, and one for all that follow it.
+    pub fn round(&self) -> [Self; 2] {
+        self.split(&[1.0, 1.0])
+    }
+
+    /// A handle for work in this part whose steps are counted outside of it: it can be cancelled, and moves nothing.
+    pub fn uncounted(&self) -> Self {
+        Self { share: 0.0, ..self.clone() }
+    }
+
     /// Names the stage that begins.
     pub fn stage(&self, name: &str) -> Result<(), Cancelled> {
         *self.work.stage.lock().unwrap_or_else(PoisonError::into_inner) = name.to_owned();
@@ -100,6 +110,11 @@ impl Progress {
         let fraction = (self.begin + self.share * part).clamp(0.0, 1.0);
         self.work.fraction_bits.fetch_max(fraction.to_bits(), Ordering::Relaxed);
         if self.work.cancelled.load(Ordering::Relaxed) { Err(Cancelled) } else { Ok(()) }
+    }
+
+    /// This part is done. `Err` means: stop now.
+    pub fn done(&self) -> Result<(), Cancelled> {
+        self.step(1, 1)
     }
 
     /// Asks the computing side to stop at its next step, in whatever part.
@@ -180,6 +195,29 @@ mod tests {
         let [first, second] = Progress::new().split(&[0.0, 0.0]);
         first.step(1, 1).unwrap();
         assert_eq!(fraction(&second), 0.0);
+    }
+
+    #[test]
+    fn rounds_of_an_unknown_number_take_half_of_what_is_left_each() {
+        let work = Progress::new();
+        let mut rest = work.clone();
+        for expected in [0.5, 0.75, 0.875] {
+            let [round, later] = rest.round();
+            round.done().unwrap();
+            assert_eq!(fraction(&work), expected);
+            rest = later;
+        }
+    }
+
+    #[test]
+    fn what_is_uncounted_can_be_cancelled_and_moves_nothing() {
+        let work = Progress::new();
+        let [_, second] = work.split(&[1.0, 3.0]);
+        let inner = second.uncounted();
+        inner.done().unwrap();
+        assert_eq!(fraction(&work), 0.25);
+        work.cancel();
+        assert_eq!(inner.step(0, 1), Err(Cancelled));
     }
 
     #[test]

@@ -72,7 +72,9 @@ pub fn calibrate_rig(
     check_picture(picture.as_deref())?;
     Job::start(move |progress| {
         let [opening, working] = progress.split(&[0.03, 0.97]);
-        let inputs: Vec<RigInput> = cameras.into_iter().map(|c| rig_input(c, &opening)).collect::<Result<_, _>>()?;
+        let parts = opening.split_evenly(cameras.len());
+        let inputs = cameras.into_iter().zip(&parts).map(|(camera, part)| rig_input(camera, part));
+        let inputs: Vec<RigInput> = inputs.collect::<Result<_, _>>()?;
         let calibrated = facewright::calibrate_rig(&inputs, &options, &working)?;
         picture.map_or(Ok(()), |path| write_drawing(&path, &of_rig(&calibrated), DPI))?;
         Ok(Output::Rig(Box::new(calibrated)))

@@ -8,7 +8,7 @@ use crate::given::{self, given};
 use crate::job::{Job, Output};
 use crate::options::{MatchOptions, MotionOptions, ReconstructOptions, TrackOptions};
 use crate::reconstruction::Reconstruction;
-use facewright::program::{draw_match, open_frames};
+use facewright::program::{draw_match, match_steps, open_frames};
 use facewright::{FacewrightError, FrameSet, RigFrames, solve_motion, solve_motion_on_rig};
 use geometry::Progress;
 use pyo3::prelude::*;
@@ -43,8 +43,9 @@ pub fn match_pair(
     check_picture(picture.as_deref())?;
     let (camera, assets) = (given::camera(camera.as_ref())?, assets.handle());
     Job::start(move |progress| {
-        let matches = facewright::match_pair(&a, &b, camera.as_ref(), &*assets.load()?, &options, progress)?;
-        picture.map_or(Ok(()), |file| draw_match(&matches.pairs[0], &a, &b, &file, progress))?;
+        let [matching, drawing] = match_steps(progress, picture.is_some());
+        let matches = facewright::match_pair(&a, &b, camera.as_ref(), &*assets.load()?, &options, &matching)?;
+        picture.map_or(Ok(()), |file| draw_match(&matches.pairs[0], &a, &b, &file, &drawing))?;
         Ok(Output::json(&matches))
     })
 }
@@ -194,10 +195,11 @@ fn open_all(
     progress: &Progress,
 ) -> Result<(Vec<RigFrames>, Progress), FacewrightError> {
     let [opening, working] = progress.split(&OPENING);
-    let film = |(camera, inputs): &(String, Vec<PathBuf>)| {
-        Ok(RigFrames { camera: camera.clone(), frames: FrameSet::open(inputs, &opening)? })
+    let parts = opening.split_evenly(films.len());
+    let film = |((camera, inputs), part): (&(String, Vec<PathBuf>), &Progress)| {
+        Ok(RigFrames { camera: camera.clone(), frames: FrameSet::open(inputs, part)? })
     };
-    Ok((films.iter().map(film).collect::<Result<_, FacewrightError>>()?, working))
+    Ok((films.iter().zip(&parts).map(film).collect::<Result<_, FacewrightError>>()?, working))
 }
 
 /// Draw the head that a rig filmed over the frames of its cameras, into PNG of the report's names, like left_0012; the

@@ -146,6 +146,9 @@ pub struct Baked {
     pub warnings: Vec<Warning>,
 }
 
+/// Times of the steps, in parts: the atlas unwrapped, views compared, blended, gaps filled.
+const PARTS: [f64; 4] = [5.0, 40.0, 40.0, 15.0];
+
 /// Makes the texture of a surface from views of it; `occluders` hide it but are not textured.
 ///
 /// Views that do not show the head are left out with a warning; it is an error when none does.
@@ -157,7 +160,8 @@ pub fn bake(
     progress: &Progress,
 ) -> Result<Baked, TextureError> {
     validate(surface, occluders, views, options)?;
-    progress.stage("texture: unwrap")?;
+    let [unwrapping, comparing, blending, filling] = progress.split(&PARTS);
+    unwrapping.stage("texture: unwrap")?;
     let size = match options.method {
         Method::Paper => options.size as usize,
         Method::Default => telling_size(surface, options.size as usize, finest_density(views)),
@@ -173,9 +177,9 @@ pub fn bake(
             }
             Blended { colours, shading: None, reports, warnings: Vec::new() }
         }
-        Method::Default => blend_views(surface, occluders, views, options, &map, progress)?,
+        Method::Default => blend_views(surface, occluders, views, options, &map, [&comparing, &blending])?,
     };
-    progress.stage("texture: fill")?;
+    filling.stage("texture: fill")?;
     let islands = map.data.iter().filter(|f| f.triangle != NO_TRIANGLE).count();
     let coverage = blended.colours.data.iter().filter(|t| t[3] >= 0.5).count() as f64 / islands as f64;
     let mut warnings = blended.warnings;
@@ -202,15 +206,15 @@ fn blend_views(
     views: &[View],
     options: &BakeOptions,
     map: &Plane<Fragment>,
-    progress: &Progress,
+    [comparing, blending]: [&Progress; 2],
 ) -> Result<Blended, TextureError> {
-    progress.stage("texture: compare views")?;
+    comparing.stage("texture: compare views")?;
     let normals = vertex_normals(surface.positions, surface.triangles);
     let finest = finest_density(views);
     let views = with_relative_sharpness(views, finest);
     let sights: Vec<Option<Sight>> =
         views.par_iter().map(|view| Sight::new(surface, &normals, occluders, view, options)).collect();
-    progress.step(1, 2)?;
+    comparing.step(1, 2)?;
     let size = map.width.min(COMPARISON_SIZE);
     let small_map = texel_map(surface.uvs, size)?;
     let small = |s: &Option<Sight>| s.as_ref().map(|s| reduce(&s.sample(&small_map)));
@@ -233,9 +237,9 @@ fn blend_views(
     let (levels, fine) = octaves(surface, map.width, finest);
     let mut blend = Blend::new(map.width, levels, fine);
     let mut atlas = Plane::new(map.width, map.height, [0.0; 4]);
-    progress.stage("texture: blend")?;
+    blending.stage("texture: blend")?;
     for (i, sight) in sights.iter_mut().enumerate() {
-        progress.step(i, used.len())?;
+        blending.step(i, used.len())?;
         sight.correct(&normals, &shading, &light.gains[i]);
         sight.sample_into(&mut atlas, map, Some(&found.consistency[i]));
         blend.add(&atlas, &found.selection[i]);
@@ -299,7 +303,7 @@ fn texels_per_metre(surface: &Surface, size: usize) -> f64 {
 fn telling_size(surface: &Surface, size: usize, pixels_per_metre: f64) -> usize {
     let is_enough =
         |s: usize| s >= COMPARISON_SIZE && texels_per_metre(surface, s) >= TELLING_TEXELS * pixels_per_metre;
-    let half = |s: &usize| (s % 2 == 0).then_some(s / 2).filter(|&s| is_enough(s));
+    let half = |s: &usize| (s.is_multiple_of(2)).then_some(s / 2).filter(|&s| is_enough(s));
     std::iter::successors(Some(size), half).last().unwrap_or(size)
 }
 

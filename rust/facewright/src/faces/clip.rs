@@ -28,6 +28,15 @@ const EYES: f64 = 0.063;
 /// Times that the nets look again where the head is too fast, and where points lose it.
 const ROUNDS: usize = 5;
 
+/// Time of a fit, and of it for each frame that was looked at, in times of a look …
+const FIT: [f64; 2] = [20.0, 0.4];
+/// … that of placing the head in a frame between …
+const PLACE: f64 = 0.2;
+/// … and that of doing something once more, which is mostly not needed, as part of it.
+const AGAIN: f64 = 0.1;
+/// Times of the first looks, in parts: whether there is a face, looks spread over the clip, and looks where the face comes or goes.
+const FIRST: [f64; 3] = [5.0, 90.0, 5.0];
+
 /// What is known of a clip before anything is tracked.
 pub struct Clip<'a> {
     /// The frames.
@@ -59,15 +68,22 @@ impl<'a> Clip<'a> {
         size: &SizeOptions,
         progress: &Progress,
     ) -> Result<Self, FacewrightError> {
-        let looking = Looking { frames, assets, camera, size, triangles: assets.head.outer_skin(), progress };
+        let looking = Looking { frames, assets, camera, size, triangles: assets.head.outer_skin() };
+        let looks = given.faces.as_ref().map_or(frames.len().div_ceil(step(frames)), |faces| faces.looked().len());
+        let finishes = finishes(looks, frames.len());
+        let first = if given.faces.is_some() { 0.0 } else { looks as f64 };
+        let [first, finishing] = progress.split(&[first, finishes.iter().sum()]);
+        let finishing = finishing.split(&finishes);
         let faces = match &given.faces {
             Some(faces) => {
                 faces.check(frames)?;
                 faces.clone()
             }
-            None => looking.first()?,
+            None => looking.first(&first)?,
         };
-        looking.finish(faces)
+        let clip = looking.finish(faces, finishing)?;
+        progress.done()?;
+        Ok(clip)
     }
 
     /// Pose of the head by the landmarks of a frame that was looked at; by its points in another.
@@ -83,40 +99,46 @@ struct Looking<'a, 'b> {
     camera: &'b SourcedCamera,
     size: &'b SizeOptions,
     triangles: Vec<[u32; 3]>,
-    progress: &'b Progress,
 }
 
 impl<'a> Looking<'a, '_> {
     /// Frames spread over the clip, and where the face comes or goes.
-    fn first(&self) -> Result<Faces, FacewrightError> {
-        self.progress.stage("faces")?;
-        let count = self.frames.len();
+    fn first(&self, progress: &Progress) -> Result<Faces, FacewrightError> {
+        progress.stage("faces")?;
+        let [glancing, looking, mut further] = progress.split(&FIRST);
         let mut faces = Faces::unseen(self.frames);
-        let step = count.div_ceil(FIRST_LOOKS).min(FARTHEST_LOOKS);
+        let step = step(self.frames);
         let every = |step: usize| self.frames.films().flat_map(|film| spread(&film, step)).collect::<Vec<_>>();
-        if !self.is_any_face(&every(step.div_ceil(2)))? {
+        if !self.is_any_face(&every(step.div_ceil(2)), &glancing)? {
             return Ok(faces);
         }
-        let mut wanted = every(step);
+        self.look(&mut faces, &every(step), &looking)?;
+        let mut wanted = comings_and_goings(&faces);
         while !wanted.is_empty() {
-            look_at(&mut faces, &wanted, self.frames, &self.assets.landmarker, self.progress)?;
-            wanted = comings_and_goings(&faces);
+            let [round, later] = further.round();
+            self.look(&mut faces, &wanted, &round)?;
+            (wanted, further) = (comings_and_goings(&faces), later);
         }
-        if !(0..count).any(|frame| faces.face(frame).is_some()) && step > 1 {
+        if !(0..self.frames.len()).any(|frame| faces.face(frame).is_some()) && step > 1 {
             // A face that is there for a moment only.
             let between: Vec<usize> =
                 every(step.div_ceil(2)).into_iter().filter(|&f| faces.look(f).is_none()).collect();
-            look_at(&mut faces, &between, self.frames, &self.assets.landmarker, self.progress)?;
+            self.look(&mut faces, &between, &further)?;
         }
         Ok(faces)
     }
 
+    /// Lets the nets look at more frames.
+    fn look(&self, faces: &mut Faces, wanted: &[usize], progress: &Progress) -> Result<(), FacewrightError> {
+        look_at(faces, wanted, self.frames, &self.assets.landmarker, progress)
+    }
+
     /// Whether any of these frames shows a face; a clip without one is told so soon.
-    fn is_any_face(&self, frames: &[usize]) -> Result<bool, FacewrightError> {
+    fn is_any_face(&self, frames: &[usize], progress: &Progress) -> Result<bool, FacewrightError> {
         let landmarker = &self.assets.landmarker;
         let done = AtomicUsize::new(0);
         let is_face = |(k, &frame): (usize, &usize)| {
-            self.progress.step(done.fetch_add(1, Ordering::Relaxed), frames.len())?;
+            progress.step(done.fetch_add(1, Ordering::Relaxed), frames.len())?;
             let picture = self.frames.picture(frame)?;
             Ok(landmarker.glance(&picture)? || (k % THOROUGH == 0 && landmarker.find(&picture)?.is_some()))
         };
@@ -126,36 +148,46 @@ impl<'a> Looking<'a, '_> {
     }
 
     /// Fits the head, looks again where it moves too fast, places it in all frames, and looks again where points lose it.
-    fn finish(&self, mut faces: Faces) -> Result<Clip<'a>, FacewrightError> {
-        let mut clip = self.fit(faces)?;
+    fn finish(
+        &self,
+        mut faces: Faces,
+        [fitting, mut following, placing, mut finding]: [Progress; 4],
+    ) -> Result<Clip<'a>, FacewrightError> {
+        let mut clip = self.fit(faces, &fitting)?;
         for _ in 0..ROUNDS {
             let fast = fast(&clip);
             if fast.is_empty() {
                 break;
             }
+            let [round, later] = following.round();
+            let [looking, fitting] = round.split(&[1.0, 1.0]);
             faces = clip.faces;
-            look_at(&mut faces, &fast, self.frames, &self.assets.landmarker, self.progress)?;
-            clip = self.fit(faces)?;
+            self.look(&mut faces, &fast, &looking)?;
+            clip = self.fit(faces, &fitting)?;
+            following = later;
         }
-        self.place(&mut clip, |_| true)?;
+        self.place(&mut clip, |_| true, &placing)?;
         for _ in 0..ROUNDS {
             let lost = lost(&clip);
             if lost.is_empty() {
                 break;
             }
+            let [round, later] = finding.round();
+            let [looking, fitting, placing] = round.split(&[1.0, 1.0, 1.0]);
             let before = clip.known.frames;
             faces = clip.faces;
-            look_at(&mut faces, &lost, self.frames, &self.assets.landmarker, self.progress)?;
-            clip = self.fit(faces)?;
+            self.look(&mut faces, &lost, &looking)?;
+            clip = self.fit(faces, &fitting)?;
             // Elsewhere the head is where it was.
             clip.known.frames.iter_mut().zip(before).for_each(|(known, before)| *known = known.take().or(before));
-            self.place(&mut clip, |[a, b]| lost.contains(&a) || lost.contains(&b))?;
+            self.place(&mut clip, |[a, b]| lost.contains(&a) || lost.contains(&b), &placing)?;
+            finding = later;
         }
         Ok(clip)
     }
 
     /// The head by the landmarks of the frames that were looked at.
-    fn fit(&self, faces: Faces) -> Result<Clip<'a>, FacewrightError> {
+    fn fit(&self, faces: Faces, progress: &Progress) -> Result<Clip<'a>, FacewrightError> {
         if faces.counts().1 == 0 {
             return Err(FacewrightError::NoFace { frames: faces.frames.len() });
         }
@@ -166,14 +198,19 @@ impl<'a> Looking<'a, '_> {
             ..FitOptions::default()
         };
         let head = &self.assets.head;
-        let landmark_fit = fit_landmarks(head, &self.camera.camera, &seen, &options, self.progress)?;
+        let landmark_fit = fit_landmarks(head, &self.camera.camera, &seen, &options, progress)?;
         let known = KnownHead::by_landmarks(&landmark_fit);
         let octave = octave(faces.eye_distance());
         Ok(Clip { frames: self.frames, head, faces, seen, landmark_fit, known, octave })
     }
 
     /// Places the head in the frames of those gaps between looks that are wanted.
-    fn place(&self, clip: &mut Clip, is_wanted: impl Fn([usize; 2]) -> bool) -> Result<(), FacewrightError> {
+    fn place(
+        &self,
+        clip: &mut Clip,
+        is_wanted: impl Fn([usize; 2]) -> bool,
+        progress: &Progress,
+    ) -> Result<(), FacewrightError> {
         let gaps: Vec<[usize; 2]> = gaps(&clip.faces).filter(|gap| is_wanted(*gap)).collect();
         let placing = Placing {
             frames: self.frames,
@@ -183,19 +220,32 @@ impl<'a> Looking<'a, '_> {
             camera: clip.octave.camera(&clip.known.camera),
             triangles: &self.triangles,
         };
-        let (faces, total) = (&clip.faces, gaps.len());
-        let place = |(done, &[a, b]): (usize, &[usize; 2])| {
-            self.progress.step(done, total)?;
+        let (faces, done) = (&clip.faces, AtomicUsize::new(0));
+        let place = |&[a, b]: &[usize; 2]| {
+            progress.step(done.fetch_add(1, Ordering::Relaxed), gaps.len())?;
             let placed = match (faces.face(a), faces.face(b)) {
                 (Some(face_a), Some(face_b)) => placing.between([a, b], [face_a, face_b])?,
                 _ => vec![None; b - a - 1],
             };
             Ok((a + 1..b).zip(placed).collect::<Vec<_>>())
         };
-        let placed: Result<Vec<_>, FacewrightError> = gaps.par_iter().enumerate().map(place).collect();
+        let placed: Result<Vec<_>, FacewrightError> = gaps.par_iter().map(place).collect();
         placed?.into_iter().flatten().for_each(|(frame, found)| clip.known.frames[frame] = found);
         Ok(())
     }
+}
+
+/// The nets look at first at every so many frames.
+fn step(frames: &FrameSet) -> usize {
+    frames.len().div_ceil(FIRST_LOOKS).min(FARTHEST_LOOKS)
+}
+
+/// Times of what follows the looks: the fit, further looks with fits, placing, and all of it again, in times of a look.
+fn finishes(looks: usize, frames: usize) -> [f64; 4] {
+    let (looks, between) = (looks as f64, frames.saturating_sub(looks) as f64);
+    let (fit, place) = (FIT[0] + FIT[1] * looks, PLACE * between);
+    let again = if between > 0.0 { AGAIN * fit } else { 0.0 };
+    [fit, again, place, again]
 }
 
 /// Neighbouring looks with frames between them.

@@ -29,6 +29,11 @@ impl Octave {
         f64::from(1_u32 << self.0)
     }
 
+    /// A place of the picture in the octave.
+    pub fn inside(self, pixel: &Vec2) -> Vec2 {
+        pixel / self.factor()
+    }
+
     /// A place of the octave in the picture.
     pub fn outside(self, pixel: &Vec2) -> Vec2 {
         pixel * self.factor()
@@ -94,6 +99,7 @@ mod tests {
         let point = Vec3::new(0.05, -0.03, 0.6);
         let (whole, halved) = (camera.project(&point).unwrap(), small.project(&point).unwrap());
         assert!((octave.outside(&halved) - whole).norm() < 1e-9);
+        assert!((octave.inside(&whole) - halved).norm() < 1e-9);
         // A ramp has the grey level of the place.
         let ramp = GrayImage::from_fn(401, 299, |x, _| Luma([(x / 2) as u8]));
         let pyramid = octave.pyramid(ramp);

@@ -108,11 +108,12 @@ pub(crate) fn solve_on_films(tracks: &Tracks, rig: &Rig, progress: &Progress) ->
     let is_still = rig.moments == 1;
     problem.fewest_frames = if is_still { 2 } else { problem.fewest_frames };
     let skin: Vec<bool> = tracks.tracks.iter().map(|track| is_still || track.region == Region::Skin).collect();
-    let first = solve(&problem, tracks, rig, &skin, progress)?;
+    let [before, after] = progress.split(&[1.0, 1.0]);
+    let first = solve(&problem, tracks, rig, &skin, &before)?;
     let judged = judge(&problem.tracks, &first.sequence, problem.options.threshold_px);
     clock.lap("skin");
     let rigid: Vec<bool> = judged.iter().map(|judged| *judged == Judged::Rigid).collect();
-    let last = solve(&problem, tracks, rig, &rigid, progress)?;
+    let last = solve(&problem, tracks, rig, &rigid, &after)?;
     clock.lap("motion");
     let scale = Scale::measured(format!("positions of the cameras {}", rig.names.join(", ")), last.size_sigma);
     let options = MotionOptions::default();
@@ -122,6 +123,7 @@ pub(crate) fn solve_on_films(tracks: &Tracks, rig: &Rig, progress: &Progress) ->
         let part = 100.0 * motion.rigid_agreement;
         return Err(rig.other_moments(0, 1, format!("only {part:.0} % of the tracked points fit a single motion")));
     }
+    progress.done()?;
     Ok(motion)
 }
 

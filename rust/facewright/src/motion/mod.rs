@@ -48,6 +48,11 @@ const SKIN_M: f64 = 0.002;
 /// Frames that the first solution takes its structure from: enough to tell which tracks move with the skull.
 const FIRST_KEY_FRAMES: usize = 48;
 
+/// Times of both solutions, in parts: the skin's, and that of all that is rigid …
+const PARTS: [f64; 2] = [30.0, 70.0];
+/// … where the focal length is known.
+const CALIBRATED: [f64; 2] = [50.0, 50.0];
+
 /// How [`solve_motion`] works.
 #[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
@@ -107,14 +112,17 @@ pub fn solve_motion(
     let problem = Problem::new(tracks, camera);
     let skin: Vec<bool> = tracks.tracks.iter().map(|track| track.region == Region::Skin).collect();
     let poses: Vec<Option<Transform>> = tracks.frames.iter().map(|frame| frame.cam_from_head).collect();
-    let first = problem.solve(&skin, &camera.camera, (&poses, None), progress)?;
+    let [before, after] = progress.split(if problem.options.refine_focal { &PARTS } else { &CALIBRATED });
+    let first = problem.solve(&skin, &camera.camera, (&poses, None), &before)?;
     let judged = judge(&problem.tracks, &first, problem.options.threshold_px);
     clock.lap("skin");
     let rigid: Vec<bool> = judged.iter().map(|judged| *judged == Judged::Rigid).collect();
     let start: Vec<Option<Transform>> = first.poses.iter().map(|pose| pose.as_ref().ok().copied()).collect();
-    let last = problem.solve(&rigid, &first.camera, (&poses, Some(&start)), progress)?;
+    let last = problem.solve(&rigid, &first.camera, (&poses, Some(&start)), &after)?;
     clock.lap("motion");
-    report::report(tracks, &problem, last, &judged, (options, None), clock)
+    let motion = report::report(tracks, &problem, last, &judged, (options, None), clock)?;
+    progress.done()?;
+    Ok(motion)
 }
 
 /// Refuses what cannot be solved before anything is.

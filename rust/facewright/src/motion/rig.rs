@@ -57,10 +57,11 @@ pub fn solve_motion_on_rig(
         return Err(FacewrightError::RigPictures { counts: counts.collect::<Vec<_>>().join(", ") });
     }
     let cameras = films.iter().map(|film| mounted(rig, &film.camera)).collect::<Result<Vec<_>, _>>()?;
-    let solve = |(film, camera): (&RigTracks, &&MountedCamera)| {
-        solve_motion(&film.tracks, Some(&camera.calibrated.camera), &MotionOptions::default(), progress)
+    let parts = progress.split_evenly(films.len());
+    let solve = |((film, camera), part): ((&RigTracks, &&MountedCamera), &Progress)| {
+        solve_motion(&film.tracks, Some(&camera.calibrated.camera), &MotionOptions::default(), part)
     };
-    let mut motions = films.iter().zip(&cameras).map(solve).collect::<Result<Vec<_>, _>>()?;
+    let mut motions = films.iter().zip(&cameras).zip(&parts).map(solve).collect::<Result<Vec<_>, _>>()?;
     let (mut weights, mut sum) = (0.0, 0.0);
     for k in 1..films.len() {
         let size = Pair::new([cameras[0], cameras[k]], [&motions[0], &motions[k]])?.size()?;

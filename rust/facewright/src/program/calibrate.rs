@@ -58,11 +58,12 @@ impl CalibrateCommand {
 
     fn several(&self, output: &Path, progress: &Progress) -> Result<Summary, FacewrightError> {
         let [opening, working] = progress.split(&PARTS);
-        let open = |(name, path): &(String, PathBuf)| {
-            let pictures = FrameSet::open(std::slice::from_ref(path), &opening)?;
+        let parts = opening.split_evenly(self.rig.len());
+        let open = |((name, path), part): (&(String, PathBuf), &Progress)| {
+            let pictures = FrameSet::open(std::slice::from_ref(path), part)?;
             Ok(RigInput { name: name.clone(), pictures })
         };
-        let cameras: Vec<RigInput> = self.rig.iter().map(open).collect::<Result<_, FacewrightError>>()?;
+        let cameras: Vec<RigInput> = self.rig.iter().zip(&parts).map(open).collect::<Result<_, FacewrightError>>()?;
         let calibrated = calibrate_rig(&cameras, &self.options, &working)?;
         self.picture.as_deref().map_or(Ok(()), |file| write_drawing(file, &of_rig(&calibrated), DPI))?;
         write_json(output, &calibrated)?;

@@ -12,6 +12,11 @@ use serde::Serialize;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
+/// Splits a progress into matching and, where that is wanted, drawing.
+pub fn match_steps(progress: &Progress, is_drawn: bool) -> [Progress; 2] {
+    progress.split(&[0.8, if is_drawn { 0.2 } else { 0.0 }])
+}
+
 /// Matches corners of the face between two frames
 #[derive(Clone, Debug, Args, Serialize)]
 pub struct MatchCommand {
@@ -40,9 +45,10 @@ impl MatchCommand {
         check_output(&self.output)?;
         let camera = camera(self.camera.as_deref())?;
         let assets = Assets::load(assets)?;
-        let matches = match_pair(&self.a, &self.b, camera.as_ref(), &assets, &self.options, progress)?;
+        let [matching, drawing] = match_steps(progress, self.picture.is_some());
+        let matches = match_pair(&self.a, &self.b, camera.as_ref(), &assets, &self.options, &matching)?;
         let pair = &matches.pairs[0];
-        self.picture.as_deref().map_or(Ok(()), |file| draw_match(pair, &self.a, &self.b, file, progress))?;
+        self.picture.as_deref().map_or(Ok(()), |file| draw_match(pair, &self.a, &self.b, file, &drawing))?;
         write_json(&self.output, &matches)?;
         let kept = pair.kept().count();
         let text = format!("{kept} of {} matches kept, in {}", pair.points.len(), self.output.display());

@@ -25,7 +25,7 @@ pub use calibrate::CalibrateCommand;
 pub use faces::FacesCommand;
 pub use inputs::{check_output, motion as read_motion, open as open_frames, open_films};
 pub use markdown::help_markdown;
-pub use matches::{MatchCommand, draw_match};
+pub use matches::{MatchCommand, draw_match, match_steps};
 pub use motion::MotionCommand;
 pub use overlay::OverlayCommand;
 pub use reconstruct::ReconstructCommand;

@@ -121,6 +121,7 @@ fn draw(
     let drawn: Result<Vec<_>, _> = all.into_par_iter().map(draw).collect();
     let files: Vec<_> = drawn?.into_iter().flatten().collect();
     write_together(folder, &files)?;
+    progress.done()?;
     Ok(files.iter().map(|(name, _)| name.with_extension("").display().to_string()).collect())
 }
 

@@ -35,6 +35,9 @@ pub struct Skin {
     pub warnings: Vec<String>,
 }
 
+/// Times of the steps, in parts: the skin's atlas, the eyes.
+const PARTS: [f64; 2] = [90.0, 10.0];
+
 /// Makes the textures, `size` pixels wide and high.
 pub fn make_textures(
     clip: &Clip,
@@ -43,6 +46,7 @@ pub fn make_textures(
     method: Method,
     progress: &Progress,
 ) -> Result<Skin, FacewrightError> {
+    let [baking, of_eyes] = progress.split(&PARTS);
     let chosen = measured.chosen_poses();
     let poses: Vec<Transform> = chosen.iter().map(|(_, pose)| *pose).collect();
     let sharpness: Vec<f64> =
@@ -63,7 +67,8 @@ pub fn make_textures(
         },
         ..BakeOptions::default()
     };
-    let baked = bake_skin(clip.head, &measured.positions, &views, &options, progress)?;
+    let baked = bake_skin(clip.head, &measured.positions, &views, &options, &baking)?;
+    of_eyes.stage("texture: eyes")?;
     let (eyes, mut warnings) = make_eyes(&cuts, skin_colour(&baked.texture));
     warnings.extend(baked.warnings.iter().map(ToString::to_string));
     let used = picked.iter().zip(&baked.views).filter(|(_, v)| v.used);

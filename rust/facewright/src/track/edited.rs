@@ -1,6 +1,6 @@
 //! Tracks as they concern other frames, or with other points: what an artist's editor asks for.
 
-use super::{FrameTracks, PointGap, PointObservation, PointTrack, Tracks};
+use super::{DisabledPoint, FrameTracks, PointGap, PointObservation, PointTrack, Tracks};
 use crate::FacewrightError;
 use crate::reason::{FrameReason, ReasonKind};
 use std::collections::BTreeMap;
@@ -13,6 +13,14 @@ impl Tracks {
     pub fn with_tracks(&self, tracks: Vec<PointTrack>) -> Result<Self, FacewrightError> {
         let other = Self { tracks, ..self.without_tracks() }.checked()?;
         Ok(other.counted())
+    }
+
+    /// The same with other places at which points are disabled.
+    ///
+    /// # Errors
+    /// [`FacewrightError::Tracks`] where one is outside the frames, or no place.
+    pub fn with_disabled(&self, disabled: Vec<DisabledPoint>) -> Result<Self, FacewrightError> {
+        Self { disabled, ..self.clone() }.checked()
     }
 
     /// As they concern other frames of the same clip, known by their names; some may not have been tracked.
@@ -34,6 +42,7 @@ impl Tracks {
         Self {
             frames: names.iter().map(frame).collect(),
             tracks: self.tracks.iter().filter_map(|track| track.moved(&index)).collect(),
+            disabled: self.disabled.iter().filter_map(|point| point.moved(&index)).collect(),
             ..self.without_tracks()
         }
         .counted()
@@ -49,6 +58,7 @@ impl Tracks {
             window: self.window,
             frames: self.frames.clone(),
             tracks: Vec::new(),
+            disabled: self.disabled.clone(),
             warnings: self.warnings.clone(),
         }
     }
@@ -57,6 +67,13 @@ impl Tracks {
         self.frames.iter_mut().for_each(|frame| frame.points = 0);
         self.tracks.iter().flat_map(|track| &track.observations).for_each(|o| self.frames[o.frame].points += 1);
         self
+    }
+}
+
+impl DisabledPoint {
+    /// The same in frames of other numbers.
+    fn moved(&self, index: &[Option<usize>]) -> Option<Self> {
+        Some(Self { frame: index[self.frame]?, ..*self })
     }
 }
 
@@ -123,6 +140,18 @@ mod tests {
         assert_eq!(of_frames(&["a", "b", "c", "d", "e", "f"]).tracks, Tracks::parse(TEXT).unwrap().tracks);
         assert!(of_frames(&["a", "d"]).tracks.is_empty());
         assert_eq!(of_frames(&["f", "a"]).tracks[0].reference, 0);
+    }
+
+    #[test]
+    fn disabled_places_follow_their_frames_and_are_checked() {
+        let tracks = Tracks::parse(TEXT).unwrap();
+        let with = |frame: usize, u: f64| tracks.with_disabled(vec![(frame, u, 20.0).into(), (0, 1.0, 2.0).into()]);
+        let names = ["b", "f"].map(str::to_owned);
+        assert_eq!(with(5, 10.0).unwrap().of_frames(&names).disabled, [(1, 10.0, 20.0).into()]);
+        let again = Tracks::parse(&serde_json::to_string(&with(5, 10.0).unwrap()).unwrap()).unwrap();
+        assert_eq!(again.disabled.len(), 2);
+        assert!(with(6, 10.0).unwrap_err().to_string().contains("disabled outside the 6 frames"));
+        assert!(with(5, f64::NAN).is_err());
     }
 
     #[test]

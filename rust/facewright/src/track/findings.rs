@@ -23,6 +23,8 @@ pub enum Loss {
     Tracker(Status),
     /// The correction rejected it.
     Rejected(Reason),
+    /// An artist disabled a point there.
+    Disabled,
 }
 
 impl Loss {
@@ -46,6 +48,7 @@ impl Display for Loss {
         f.write_str(match self {
             Self::NoFace => "no face",
             Self::Turned => "turned too far from the reference",
+            Self::Disabled => "disabled by hand",
             Self::Hidden => "hidden, or seen from the side",
             Self::Tracker(Status::OutOfFrame) => "out of the frame",
             Self::Tracker(Status::LowTexture) => "no texture",

@@ -22,4 +22,4 @@ pub use search::{Anchors, Scene, Search, SearchOptions, Seed, Sighting, octave, 
 pub(crate) use sequence::{Corners, track_head};
 pub use sequence::{TrackClipOptions, track};
 pub use surface::{Surface, View};
-pub use tracks::{FrameTracks, PointGap, PointObservation, PointTrack, Region, Tracks};
+pub use tracks::{DisabledPoint, FrameTracks, PointGap, PointObservation, PointTrack, Region, Tracks};

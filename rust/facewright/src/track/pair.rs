@@ -120,6 +120,9 @@ pub struct Matches {
     pub pairs: Vec<MatchedPair>,
 }
 
+/// Times of the steps, in parts: frames opened, a look at each, matches.
+const PARTS: [f64; 4] = [5.0, 25.0, 25.0, 45.0];
+
 /// Matches corners of the face between two frames.
 ///
 /// # Examples
@@ -144,18 +147,20 @@ pub fn match_pair(
     progress: &Progress,
 ) -> Result<Matches, FacewrightError> {
     options.validate()?;
-    let frames = FrameSet::open(&[a.to_owned(), b.to_owned()], progress)?;
+    let [opening, first, second, matching] = progress.split(&PARTS);
+    let frames = FrameSet::open(&[a.to_owned(), b.to_owned()], &opening)?;
     let camera = starting_camera(&frames, camera)?;
-    let looks = looks(&frames, assets, options)?;
+    let looks = looks(&frames, assets, options, [&first, &second])?;
     let mut pair = match options.method {
         Method::Paper => paper_matches([&looks[0].skin.pyramid, &looks[1].skin.pyramid], &looks[0].skin.mask, options)?,
-        Method::Default => head_matches(&looks, assets, &camera, options, progress)?,
+        Method::Default => head_matches(&looks, assets, &camera, options, &matching)?,
     };
     let kept = pair.kept().count();
     if kept < 8 {
         return Err(FacewrightError::TooFewMatches { found: kept });
     }
     [pair.a, pair.b] = [0, 1].map(|i| frames.frames[i].name.clone());
+    progress.done()?;
     Ok(Matches { schema: Schema, pairs: vec![pair] })
 }
 
@@ -209,8 +214,14 @@ struct Look {
 }
 
 /// Both frames, in the octave of the larger face; the paper's windows, and those that are asked for, are the picture's.
-fn looks(frames: &FrameSet, assets: &Assets, options: &MatchOptions) -> Result<[Look; 2], FacewrightError> {
+fn looks(
+    frames: &FrameSet,
+    assets: &Assets,
+    options: &MatchOptions,
+    progress: [&Progress; 2],
+) -> Result<[Look; 2], FacewrightError> {
     let face = |i: usize| {
+        progress[i].stage("faces")?;
         let found = assets.landmarker.find(&*frames.picture(i)?)?;
         found.ok_or(FacewrightError::NoFace { frames: 1 })
     };

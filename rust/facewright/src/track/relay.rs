@@ -34,8 +34,10 @@ pub(super) fn relay(
     progress: &Progress,
 ) -> Result<(), FacewrightError> {
     let frames: Vec<usize> = (0..sequence.len()).collect();
-    let forward = way(sequence, references, findings, &frames, progress)?;
-    let backward = way(sequence, references, findings, &frames.iter().rev().copied().collect::<Vec<_>>(), progress)?;
+    let back: Vec<usize> = frames.iter().rev().copied().collect();
+    let [there, returning] = progress.split(&[1.0, 1.0]);
+    let forward = way(sequence, references, findings, &frames, &there)?;
+    let backward = way(sequence, references, findings, &back, &returning)?;
     for (&(point, frame), there) in &forward {
         if let Some(found) = backward.get(&(point, frame)).map_or(Some(*there), |back| joined(there, back)) {
             findings.fill(point, frame, found);

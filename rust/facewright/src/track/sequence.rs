@@ -10,7 +10,7 @@ use super::region::region;
 use super::relay::relay;
 use super::search::{Anchors, REFERENCE_PX, Scene, Search, SearchOptions, Seed, seeds};
 use super::surface::{SkinPoint, Surface, View};
-use super::{FrameTracks, PointObservation, PointTrack, Tracks};
+use super::{DisabledPoint, FrameTracks, PointObservation, PointTrack, Tracks};
 use crate::camera::starting_camera;
 use crate::faces::{Clip, KnownHead, SelectOptions, TrackedSkin, candidates, judge_all, yaw_pitch};
 use crate::frames::Octave;
@@ -37,6 +37,12 @@ const UNFIT_DEG: f64 = 20.0;
 const FARTHEST_TURN_DEG: f64 = 34.0;
 /// … and with a measured one, which predicts how patches are warped.
 const FARTHEST_TURN_MEASURED_DEG: f64 = 40.0;
+
+/// Times of the steps of [`track`], in parts: faces, tracks.
+const PARTS: [f64; 2] = [50.0, 50.0];
+/// Those of tracking: corners of the reference frames, the search for them, and relays where there are any.
+const TRACKING: [f64; 2] = [5.0, 45.0];
+const RELAYING: f64 = 50.0;
 
 /// How a sequence is tracked.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
@@ -118,25 +124,33 @@ pub fn track(
     }
     options.validate()?;
     let camera = starting_camera(frames, given.camera.as_ref())?;
-    let clip = Clip::look(frames, assets, given, &camera, &SizeOptions::default(), progress)?;
-    track_head(&clip, &clip.known, camera.source, options, Corners::New, progress)
+    let [looking, tracking] = progress.split(&PARTS);
+    let clip = Clip::look(frames, assets, given, &camera, &SizeOptions::default(), &looking)?;
+    track_head(&clip, &clip.known, camera.source, options, Corners::New, &tracking)
 }
 
 /// Which corners a reference frame gets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Corners {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Corners<'a> {
     /// Those that no reference frame before it has given.
     New,
     /// As many as if it were the only one, on a head that was measured: a place that several have chosen is measured several times.
-    All,
+    /// Within a window of these places nothing is chosen, and nothing found: an artist has said that points go wrong there.
+    All(&'a [DisabledPoint]),
 }
 
-impl Corners {
+impl<'a> Corners<'a> {
     fn farthest_turn_deg(self) -> f64 {
         match self {
             Self::New => FARTHEST_TURN_DEG,
-            Self::All => FARTHEST_TURN_MEASURED_DEG,
+            Self::All(_) => FARTHEST_TURN_MEASURED_DEG,
         }
+    }
+
+    /// The places of a frame that are left out.
+    fn disabled(self, frame: usize) -> impl Iterator<Item = &'a Vec2> {
+        let all = if let Self::All(disabled) = self { disabled } else { &[] };
+        all.iter().filter(move |point| point.frame == frame).map(|point| &point.pixel)
     }
 }
 
@@ -146,7 +160,7 @@ pub fn track_head(
     known: &KnownHead,
     source: CameraSource,
     options: &TrackClipOptions,
-    corners: Corners,
+    corners: Corners<'_>,
     progress: &Progress,
 ) -> Result<Tracks, FacewrightError> {
     let sequence = Sequence::new(clip, known, options, corners)?;
@@ -155,6 +169,7 @@ pub fn track_head(
         Method::Default => sequence.follow(progress)?,
         Method::Paper => chain(&sequence, progress)?,
     };
+    progress.done()?;
     Ok(sequence.report(SourcedCamera { camera: known.camera, source }, window, &findings))
 }
 
@@ -162,7 +177,7 @@ pub fn track_head(
 pub(super) struct Sequence<'a> {
     pub clip: &'a Clip<'a>,
     pub options: &'a TrackClipOptions,
-    corners: Corners,
+    corners: Corners<'a>,
     known: &'a KnownHead,
     triangles: Vec<[u32; 3]>,
     /// What is tracked in: places found are the octave's until they are reported …
@@ -198,7 +213,7 @@ impl<'a> Sequence<'a> {
         clip: &'a Clip<'a>,
         known: &'a KnownHead,
         options: &'a TrackClipOptions,
-        corners: Corners,
+        corners: Corners<'a>,
     ) -> Result<Self, FacewrightError> {
         let search = SearchOptions { window: options.window, ..SearchOptions::default() };
         let quality = judge_all(&candidates(clip), &SelectOptions::default());
@@ -224,6 +239,11 @@ impl<'a> Sequence<'a> {
         self.clip.faces.face(index).map_or(super::Region::Skin, |face| region(face, &self.octave.outside(pixel)))
     }
 
+    /// The places of the octave that are left out in a frame.
+    fn disabled(&self, index: usize) -> impl Iterator<Item = Vec2> {
+        self.corners.disabled(index).map(|pixel| self.octave.inside(pixel))
+    }
+
     /// Where a place of the skin is when the face is at rest, head frame, metres.
     pub fn place(&self, point: &SkinPoint) -> Vec3 {
         at_barycentric(&self.known.positions, &point.triangle, &point.weights)
@@ -240,7 +260,7 @@ impl<'a> Sequence<'a> {
         let positions = match self.corners {
             Corners::New => self.clip.head.with_expression(&self.known.positions, &known.expression),
             // Quiet faces were chosen: what landmarks make of their expressions is mostly jitter.
-            Corners::All => self.known.positions.clone(),
+            Corners::All(_) => self.known.positions.clone(),
         };
         Ok(Some(Shot { index, skin, pose: known.cam_from_head, positions }))
     }
@@ -275,11 +295,13 @@ impl<'a> Sequence<'a> {
 
     /// Chooses points in the reference frames and seeks them in all frames; the window, and what was found.
     fn follow(&self, progress: &Progress) -> Result<(usize, Findings), FacewrightError> {
+        let relays = if self.corners == Corners::New { RELAYING } else { 0.0 };
+        let [choosing, seeking, relaying] = progress.split(&[TRACKING[0], TRACKING[1], relays]);
         let references = self.references()?.into_iter();
         let shots: Vec<Shot> = references.filter_map(|i| self.shoot(i).transpose()).collect::<Result<_, _>>()?;
         let surfaces: Vec<Surface> = shots.iter().map(|shot| self.surface(shot)).collect();
         let scenes: Vec<Scene> = shots.iter().zip(&surfaces).map(|(shot, surface)| self.scene(shot, surface)).collect();
-        let references = self.choose(&shots, &scenes)?;
+        let references = self.choose(&shots, &scenes, &choosing)?;
         let mut findings = Findings::default();
         for reference in &references {
             let region = |seed: &Seed| self.region(reference.index, &seed.pixel);
@@ -289,12 +311,12 @@ impl<'a> Sequence<'a> {
         }
         let indices: Vec<usize> = (0..self.len()).collect();
         for chunk in indices.chunks(CHUNK) {
-            progress.step(chunk[0], indices.len())?;
+            seeking.step(chunk[0], indices.len())?;
             let found: Result<Vec<_>, FacewrightError> = chunk.par_iter().map(|&i| self.seek(i, &references)).collect();
             found?.into_iter().flatten().for_each(|(point, finding)| findings.note(point, finding));
         }
         if self.corners == Corners::New {
-            relay(self, &references, &mut findings, progress)?;
+            relay(self, &references, &mut findings, &relaying)?;
         }
         findings.drop_unreliable();
         let window = scenes.first().map_or(0, |scene| self.search.window(&scene.view));
@@ -310,12 +332,18 @@ impl<'a> Sequence<'a> {
     }
 
     /// Corners of each reference frame, beside the points of those before it or not.
-    fn choose<'s>(&self, shots: &[Shot], scenes: &'s [Scene<'s>]) -> Result<Vec<Reference<'s>>, FacewrightError> {
+    fn choose<'s>(
+        &self,
+        shots: &[Shot],
+        scenes: &'s [Scene<'s>],
+        progress: &Progress,
+    ) -> Result<Vec<Reference<'s>>, FacewrightError> {
         let mut references: Vec<Reference> = Vec::new();
         for (shot, scene) in shots.iter().zip(scenes) {
+            progress.step(references.len(), shots.len())?;
             let seeds = match self.corners {
                 Corners::New => self.new_corners(scene, &references)?,
-                Corners::All => self.all_corners(scene)?,
+                Corners::All(_) => self.all_corners(scene, shot.index)?,
             };
             let first = references.last().map_or(0, |r| r.first + r.anchors.seeds.len());
             let anchors = Anchors::take(scene, seeds, &self.search)?;
@@ -341,8 +369,10 @@ impl<'a> Sequence<'a> {
     }
 
     /// All corners of the skin that faces the camera.
-    fn all_corners(&self, scene: &Scene) -> Result<Vec<Seed>, FacewrightError> {
-        let mut seeds = seeds(scene, &scene.skin.mask, &self.search.corners(scene, self.options.points))?;
+    fn all_corners(&self, scene: &Scene, index: usize) -> Result<Vec<Seed>, FacewrightError> {
+        let (mut free, window) = (scene.skin.mask.clone(), self.search.window(&scene.view) as f64);
+        self.disabled(index).for_each(|pixel| clear_disc(&mut free, &pixel, window));
+        let mut seeds = seeds(scene, &free, &self.search.corners(scene, self.options.points))?;
         let cosine = self.search.least_cosine();
         seeds.retain(|seed| scene.view.facing(&seed.point).is_some_and(|found| found > cosine));
         Ok(seeds)
@@ -370,7 +400,12 @@ impl<'a> Sequence<'a> {
                 Some(scene) if turn(scene) > self.corners.farthest_turn_deg() => found.extend(all(Loss::Turned)),
                 Some(scene) => {
                     let again = reference.anchors.search(scene, &self.search)?;
-                    found.extend(numbers.clone().zip(verdicts(index, &again)));
+                    let window = self.search.window(&scene.view) as f64;
+                    let near = |pixel: &Vec2| self.disabled(index).any(|at| (at - pixel).norm() <= window);
+                    let kept = |finding: Finding| {
+                        finding.and_then(|o| if near(&o.pixel) { Err((index, Loss::Disabled)) } else { Ok(o) })
+                    };
+                    found.extend(numbers.clone().zip(verdicts(index, &again).map(kept)));
                 }
             }
         }
@@ -405,6 +440,7 @@ impl<'a> Sequence<'a> {
             window: window * self.octave.factor() as usize,
             frames: (0..self.len()).map(frame).collect(),
             tracks,
+            disabled: Vec::new(),
             warnings: self.clip.faces.warnings(),
         }
     }

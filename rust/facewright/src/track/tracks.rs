@@ -69,6 +69,28 @@ impl From<PointGap> for (usize, usize, String) {
     }
 }
 
+/// A place at which an artist disabled a point in one frame; in files `[frame, u, v]`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "(usize, f64, f64)", into = "(usize, f64, f64)")]
+pub struct DisabledPoint {
+    /// Index of the frame.
+    pub frame: usize,
+    /// Where it is in the picture as filmed: x right, y down, pixel centres at integers.
+    pub pixel: Vec2,
+}
+
+impl From<(usize, f64, f64)> for DisabledPoint {
+    fn from((frame, u, v): (usize, f64, f64)) -> Self {
+        Self { frame, pixel: Vec2::new(u, v) }
+    }
+}
+
+impl From<DisabledPoint> for (usize, f64, f64) {
+    fn from(disabled: DisabledPoint) -> Self {
+        (disabled.frame, disabled.pixel.x, disabled.pixel.y)
+    }
+}
+
 /// One point of the face.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PointTrack {
@@ -128,6 +150,9 @@ pub struct Tracks {
     pub frames: Vec<FrameTracks>,
     /// The points.
     pub tracks: Vec<PointTrack>,
+    /// Where an artist disabled points, of tracks that are among these or gone: nothing near is measured in that frame.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub disabled: Vec<DisabledPoint>,
     /// What the artist should know.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,

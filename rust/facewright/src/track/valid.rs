@@ -1,6 +1,6 @@
 //! What must hold in a `tracks.json`.
 
-use super::{PointGap, PointTrack, Tracks};
+use super::{DisabledPoint, PointGap, PointTrack, Tracks};
 use crate::formats::{Format, finite, once};
 
 impl Format for Tracks {
@@ -18,8 +18,17 @@ impl Format for Tracks {
         }
         once(self.frames.iter().map(|frame| frame.name.as_str()), "frame")?;
         once(self.tracks.iter().map(|track| track.id), "track")?;
-        self.tracks.iter().try_for_each(|track| validate(track, self.frames.len()))
+        self.tracks.iter().try_for_each(|track| validate(track, self.frames.len()))?;
+        self.disabled.iter().try_for_each(|point| validate_disabled(point, self.frames.len()))
     }
+}
+
+/// What is wrong with a disabled point in so many frames.
+fn validate_disabled(point: &DisabledPoint, count: usize) -> Result<(), String> {
+    if point.frame >= count {
+        return Err(format!("a point is disabled outside the {count} frames"));
+    }
+    finite(point.pixel.as_slice(), || format!("where a point is disabled in frame {}", point.frame))
 }
 
 /// What is wrong with a track of so many frames.
@@ -92,6 +101,7 @@ mod tests {
                 observations: observations.iter().copied().map(PointObservation::from).collect(),
                 gaps: vec![PointGap { first: 1, last: 1, reason: "no face".to_owned() }],
             }],
+            disabled: Vec::new(),
             warnings: Vec::new(),
         }
     }

@@ -9,9 +9,12 @@ use crate::MotionError;
 use crate::bundle::{Bundle, BundleOptions, PointPrior, adjust};
 use geometry::{Camera, Progress};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Groups of tracks that are left out in turn.
 const GROUPS: usize = 8;
+/// Bundles in all: a group less each, three other lenses, a deeper head.
+const BUNDLES: usize = GROUPS + 4;
 /// Steps that a start near the solution needs at most …
 const STEPS: usize = 12;
 /// … until one lowers the cost by less than this part of it: the focal length has then come to 2 % of its way, where eight groups tell a
@@ -37,8 +40,11 @@ pub(super) fn focal_sigma_px(
 ) -> Result<f64, MotionError> {
     let options =
         BundleOptions { max_iterations: STEPS, relative_cost: NEAR_COST, covariances: false, ..options.clone() };
+    // The bundles run at the same time: those that are done are counted.
+    let (done, inside) = (AtomicUsize::new(0), progress.uncounted());
     let refined = |varied: &mut Bundle| -> Result<f64, MotionError> {
-        adjust(varied, &options, progress)?;
+        adjust(varied, &options, &inside)?;
+        progress.step(1 + done.fetch_add(1, Ordering::Relaxed), BUNDLES)?;
         Ok(varied.camera.fx)
     };
     let without = |group: usize| {
@@ -63,7 +69,7 @@ pub(super) fn focal_sigma_px(
     let lens: f64 = others.iter().map(|focal| (focal - bundle.camera.fx).powi(2)).sum();
     let deeper = BundleOptions { point_priors: deepened(&options.point_priors), ..options.clone() };
     let mut other = bundle.clone();
-    adjust(&mut other, &deeper, progress)?;
+    adjust(&mut other, &deeper, &inside)?;
     let relief = (other.camera.fx - bundle.camera.fx).powi(2);
     Ok((scatter * (GROUPS - 1) as f64 / GROUPS as f64 + lens + relief + own_px * own_px).sqrt())
 }

@@ -20,6 +20,10 @@ const CONTRADICTION: f64 = 4.0;
 /// Observations farther off than this many robust standard deviations are rejected before the last bundle.
 const REJECTION: f64 = 4.0;
 
+/// Times of the last steps, in parts: three bundles, the last one, the poses of all other frames; what the focal length rests on.
+const FINISHING: [f64; 3] = [50.0, 20.0, 30.0];
+const FOCAL: f64 = 200.0;
+
 /// A sighting with its undistorted coordinates.
 pub(super) struct Seen {
     pub(super) frame: usize,
@@ -98,7 +102,7 @@ impl<'a> Reconstruction<'a> {
             initial.filter(|pose| start.is_some_and(|start| is_near(pose, &start)))
         };
         self.anchors = initial.iter().zip(&self.poses).map(anchor).collect();
-        for widening in WIDENING {
+        for (widening, round) in WIDENING.into_iter().zip(progress.split_evenly(WIDENING.len())) {
             self.triangulate_all(widening);
             self.drop_contradicted_poses(widening);
             if self.poses.iter().flatten().count() < 2 {
@@ -107,7 +111,7 @@ impl<'a> Reconstruction<'a> {
                 self.points.fill(None);
                 return Ok(false);
             }
-            self.adjust(widening, 10, false, progress)?;
+            self.adjust(widening, 10, false, &round)?;
         }
         Ok(true)
     }
@@ -146,7 +150,7 @@ impl<'a> Reconstruction<'a> {
                 return Ok(());
             }
             self.triangulate_all(2.0);
-            self.adjust(2.0, 6, false, progress)?;
+            self.adjust(2.0, 6, false, &progress.uncounted())?;
         }
     }
 
@@ -236,10 +240,12 @@ impl<'a> Reconstruction<'a> {
     /// The last bundles over everything that agrees, and a last chance for frames without a pose.
     pub(super) fn finish(mut self, progress: &Progress) -> Result<Sequence, MotionError> {
         let refine_focal = self.options.refine_focal;
-        for widening in [2.0, 1.0, 1.0] {
+        let focal = if refine_focal && self.options.focal_sigma { FOCAL } else { 0.0 };
+        let [narrowing, last, focal, placing] = progress.split(&[FINISHING[0], FINISHING[1], focal, FINISHING[2]]);
+        for (widening, round) in [2.0, 1.0, 1.0].into_iter().zip(narrowing.split_evenly(3)) {
             self.triangulate_all(widening);
             self.weigh();
-            self.adjust(widening, 20, refine_focal, progress)?;
+            self.adjust(widening, 20, refine_focal, &round)?;
         }
         if self.place_next_frames(|key| key) {
             self.triangulate_all(1.0);
@@ -247,16 +253,18 @@ impl<'a> Reconstruction<'a> {
         let mut bundle = self.bundle(1.0);
         let limit = reject_outliers(&mut bundle, REJECTION).limit;
         self.remove_weak(&mut bundle.observations);
-        let mut report = adjust(&mut bundle, &self.bundle_options(30, refine_focal), progress)?;
+        let mut report = adjust(&mut bundle, &self.bundle_options(30, refine_focal), &last)?;
         self.adopt(&bundle);
         let focal_sigma_px = match report.focal_sigma_px.filter(|_| self.options.focal_sigma) {
             Some(own) => {
                 let own_px = own * (self.inflation / report.excess).sqrt();
-                Some(focal_sigma_px(&bundle, &self.bundle_options(30, true), own_px, progress)?)
+                Some(focal_sigma_px(&bundle, &self.bundle_options(30, true), own_px, &focal)?)
             }
             None => None,
         };
+        placing.step(0, 2)?;
         while self.place_next_frames(|key| !key) {}
+        placing.step(1, 2)?;
         self.settle(limit);
         let mut observations = self.agreeing(limit);
         self.remove_weak(&mut observations);

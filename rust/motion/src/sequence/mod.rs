@@ -115,6 +115,9 @@ pub struct Sequence {
     pub report: BundleReport,
 }
 
+/// Times of the steps, in parts: points and poses to begin with, further key frames, the last bundles.
+const PARTS: [f64; 3] = [20.0, 10.0, 70.0];
+
 /// Poses and points from tracks.
 ///
 /// Fails when no pair of frames can start, when tables do not fit together, or when the caller cancels. Frames that cannot be
@@ -127,19 +130,20 @@ pub fn reconstruct_sequence(
 ) -> Result<Sequence, MotionError> {
     check(tracks, options)?;
     progress.stage("motion")?;
+    let [starting, growing, finishing] = progress.split(&PARTS);
     let mut reconstruction = Reconstruction::new(tracks, camera, options);
     let started = match &options.initial_poses {
         Some(initial) => {
             let poses = options.start_poses.as_ref().unwrap_or(initial);
-            reconstruction.start_from_poses(poses, initial, progress)?
+            reconstruction.start_from_poses(poses, initial, &starting)?
         }
         None => false,
     };
     if !started {
-        reconstruction.start_from_pair(progress)?;
+        reconstruction.start_from_pair(&starting)?;
     }
-    reconstruction.grow(progress)?;
-    reconstruction.finish(progress)
+    reconstruction.grow(&growing)?;
+    reconstruction.finish(&finishing)
 }
 
 fn check(tracks: &[PointTrack], options: &SequenceOptions) -> Result<(), MotionError> {

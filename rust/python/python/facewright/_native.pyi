@@ -470,6 +470,8 @@ class Tracks:
         """The text of a tracks.json, in one line."""
     def with_tracks(self, tracks: Sequence[Track]) -> Tracks:
         """The same frames with other tracks, checked; the points of each frame are counted."""
+    def with_disabled(self, disabled: Sequence[tuple[int, float, float]]) -> Tracks:
+        """The same with other `disabled` places: frame and place (u, v) in pixels of each, near which nothing is measured."""
     def of_frames(self, names: Sequence[str]) -> Tracks:
         """As they concern other frames of the same clip, known by their names; some may not have been tracked."""
     @property
@@ -496,6 +498,9 @@ class Tracks:
     @property
     def tracks(self) -> list[Track]:
         """The points."""
+    @property
+    def disabled(self) -> list[tuple[int, float, float]]:
+        """Where an artist disabled points: index of the frame and place (u, v) in pixels of each."""
     @property
     def warnings(self) -> list[str]:
         """What the artist should know."""

@@ -31,6 +31,12 @@ impl Tracks {
         self.0.with_tracks(tracks).map(Self::new).map_err(|e| crate::raise(&e))
     }
 
+    /// The same with other `disabled` places: frame and place (u, v) in pixels of each, near which nothing is measured.
+    fn with_disabled(&self, disabled: Vec<(usize, f64, f64)>) -> PyResult<Self> {
+        let disabled = disabled.into_iter().map(Into::into).collect();
+        self.0.with_disabled(disabled).map(Self::new).map_err(|e| crate::raise(&e))
+    }
+
     /// As they concern other frames of the same clip, known by their names; some may not have been tracked.
     fn of_frames(&self, names: Vec<String>) -> Self {
         Self::new(self.0.of_frames(&names))
@@ -64,6 +70,12 @@ impl Tracks {
     #[getter]
     fn tracks(&self) -> Vec<Track> {
         self.0.tracks.iter().cloned().map(Track).collect()
+    }
+
+    /// Where an artist disabled points: index of the frame and place (u, v) in pixels of each.
+    #[getter]
+    fn disabled(&self) -> Vec<(usize, f64, f64)> {
+        self.0.disabled.iter().copied().map(Into::into).collect()
     }
 
     fn __len__(&self) -> usize {
