@@ -69,6 +69,7 @@ fn film(truth: &Truth, camera_from_left: Transform, size: f64, seed: u64) -> Tra
         window: 11,
         frames: poses.iter().enumerate().map(&mut frame).collect(),
         tracks: tracks.into_iter().filter(|t| t.observations.len() > 3).collect(),
+        disabled: Vec::new(),
         warnings: Vec::new(),
     }
 }

@@ -6,11 +6,17 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+/// What was made of a frame.
+#[derive(Debug)]
+struct Kept<T> {
+    made: Arc<T>,
+    bytes: usize,
+}
+
 /// One kind of thing, at most one for each frame.
 #[derive(Debug)]
 pub struct Store<T> {
-    /// With the bytes it takes.
-    kept: Vec<Mutex<Option<(usize, Arc<T>)>>>,
+    kept: Vec<Mutex<Option<Kept<T>>>>,
     /// Bytes in all.
     capacity: usize,
     room: AtomicUsize,
@@ -22,23 +28,23 @@ impl<T> Store<T> {
         Self { kept: (0..frames).map(|_| Mutex::new(None)).collect(), capacity: bytes, room: AtomicUsize::new(bytes) }
     }
 
-    fn at(&self, frame: usize) -> MutexGuard<'_, Option<(usize, Arc<T>)>> {
+    fn at(&self, frame: usize) -> MutexGuard<'_, Option<Kept<T>>> {
         // Nothing panics between two states.
         self.kept[frame].lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// What is kept of a frame.
     pub fn get(&self, frame: usize) -> Option<Arc<T>> {
-        self.at(frame).as_ref().map(|(_, made)| made.clone())
+        self.at(frame).as_ref().map(|kept| kept.made.clone())
     }
 
     /// Keeps what was made of a frame, `bytes` large, instead of what was kept of it, if there is room; gives it back for use.
     pub fn keep(&self, frame: usize, made: T, bytes: usize) -> Arc<T> {
         let (mut kept, made) = (self.at(frame), Arc::new(made));
-        let before = kept.take().map_or(0, |(bytes, _)| bytes);
+        let before = kept.take().map_or(0, |before| before.bytes);
         let take = |room: usize| (room + before).checked_sub(bytes);
         if self.room.fetch_update(Ordering::Relaxed, Ordering::Relaxed, take).is_ok() {
-            *kept = Some((bytes, made.clone()));
+            *kept = Some(Kept { made: made.clone(), bytes });
         } else {
             self.room.fetch_add(before, Ordering::Relaxed);
         }
