@@ -1,31 +1,25 @@
 //! A small random source with a fixed sequence, so that every build draws the same people.
 //!
 //! # Entry point
-//! [`Random::new`]. The generator is SplitMix64 (Steele, Lea and Flood 2014).
+//! [`Random::new`].
+
+use geometry::SplitMix64;
 
 /// A random source.
 #[derive(Clone, Debug)]
-pub struct Random(u64);
+pub struct Random(SplitMix64);
 
 impl Random {
     /// A source of its own for each pair of seed and stream.
     pub fn new(seed: u64, stream: u64) -> Self {
-        let mut source = Self(seed ^ stream.wrapping_mul(0xd134_2543_de82_ef95));
-        source.next();
-        source
-    }
-
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        let mut bits = SplitMix64::new(seed ^ stream.wrapping_mul(0xd134_2543_de82_ef95));
+        bits.bits();
+        Self(bits)
     }
 
     /// Uniform in the open interval 0…1.
     pub fn uniform(&mut self) -> f64 {
-        ((self.next() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+        ((self.0.bits() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
     }
 
     /// Normal with the given mean and standard deviation (Box–Muller).

@@ -8,6 +8,7 @@
 //! - [`mesh`]: triangles, quads, normals, closest points.
 //! - [`least_squares`]: robust losses and a dense Levenberg–Marquardt driver.
 //! - [`rbf`]: affine + radial basis function warps (paper, eq. 8–10).
+//! - [`median`], [`SplitMix64`]: the middle of numbers, and random bits.
 //! - [`Progress`]: what a long loop reports to, and how it is cancelled.
 //!
 //! # Conventions
@@ -20,17 +21,21 @@ mod board;
 mod camera;
 pub mod face_mesh;
 pub mod least_squares;
+mod median;
 pub mod mesh;
 mod progress;
 pub mod rbf;
 mod similarity;
+mod split_mix;
 mod transform;
 mod undistort;
 
 pub use board::{Board, Pattern};
 pub use camera::{Camera, CameraError, CameraJacobian};
+pub use median::median;
 pub use progress::{Cancelled, Progress, ProgressSnapshot};
 pub use similarity::Similarity;
+pub use split_mix::SplitMix64;
 pub use transform::{Transform, skew};
 pub use undistort::{Pinhole, PixelMap};
 

@@ -11,7 +11,7 @@ use crate::fit::{CloudPoint, HeadFit};
 use crate::surface::{Foot, SkinSurface};
 use crate::{GenericHead, HeadError};
 use geometry::rbf::{Kernel, RbfOptions, RbfWarp};
-use geometry::{Similarity, Vec3, mesh};
+use geometry::{Similarity, Vec3, median, mesh};
 use rayon::prelude::*;
 
 /// A place on the skin and where it should be.
@@ -201,18 +201,13 @@ fn outliers(places: &[Vec3], moves: &[Vec3], features: &[Feature], limit: f64) -
             return 0.0;
         }
         near.select_nth_unstable_by(count - 1, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let opinion = Vec3::from_fn(|k, _| median(near[..count].iter().map(|(_, j)| moves[*j][k]).collect()));
+        let opinion = Vec3::from_fn(|k, _| median(near[..count].iter().map(|(_, j)| moves[*j][k])).unwrap_or(0.0));
         (moves[i] - opinion).norm()
     };
     let deviations: Vec<f64> = (0..places.len()).into_par_iter().map(deviation).collect();
-    let usual = median(deviations.iter().copied().filter(|d| d.is_finite()).collect());
+    let usual = median(deviations.iter().copied().filter(|d| d.is_finite())).unwrap_or(0.0);
     let beyond = |i: &usize| deviations[*i] > limit * usual.max(features[*i].sigma);
     (0..places.len()).filter(beyond).collect()
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// Evenly spread centres (farthest point sampling), each the weighted mean of the features that are closest to it.

@@ -1,23 +1,18 @@
 //! Seeded sampling for consensus loops: the same seed draws the same samples on every machine.
 
-/// A stream of random numbers (SplitMix64, Steele, Lea and Flood 2014).
-pub(crate) struct Random(u64);
+use geometry::SplitMix64;
+
+/// Numbers from a stream of random bits.
+pub(crate) struct Random(SplitMix64);
 
 impl Random {
     pub(crate) fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
+        Self(SplitMix64::new(seed))
     }
 
     /// Uniform in `0..n`; the bias of the multiplication is below `n / 2⁶⁴`.
     fn below(&mut self, n: usize) -> usize {
-        ((u128::from(self.bits()) * n as u128) >> 64) as usize
+        ((u128::from(self.0.bits()) * n as u128) >> 64) as usize
     }
 
     /// `K` different numbers of `0..n`; `n` must be at least `K`.

@@ -256,9 +256,7 @@ pub fn check_turn(poses: &[Transform]) -> Result<(), FacewrightError> {
 
 /// Middle value; 0 for none.
 pub fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
+    geometry::median(values).unwrap_or(0.0)
 }
 
 #[cfg(test)]

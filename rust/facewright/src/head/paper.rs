@@ -17,6 +17,7 @@ use geometry::face_mesh::FACE_OVAL;
 use geometry::rbf::{RbfOptions, RbfWarp};
 use geometry::{Camera, Progress, Similarity, Transform, Vec2, Vec3, mesh};
 use head::GenericHead;
+use head::fit::eye_centres;
 use motion::resect::{ResectOptions, resect};
 use motion::triangulate::triangulate;
 use motion::two_view;
@@ -264,10 +265,8 @@ fn to_size(
     structure: Vec<Feature>,
     pupils: f64,
 ) -> (Vec<Vec3>, Vec<Transform>, Vec<Feature>) {
-    let centre =
-        |part: &head::Part| positions[part.vertices.clone()].iter().sum::<Vec3>() / part.vertices.len().max(1) as f64;
-    let eyes: Vec<Vec3> = head.parts[1..3].iter().map(centre).collect();
-    let scale = pupils / (eyes[0] - eyes[1]).norm().max(1e-6);
+    let apart = eye_centres(head, &positions).map(|[left, right]| (left - right).norm());
+    let scale = apart.map_or(1.0, |apart| pupils / apart.max(1e-6));
     let sized = Similarity { scale, rigid: Transform::identity() };
     (
         positions.iter().map(|p| sized.apply(p)).collect(),

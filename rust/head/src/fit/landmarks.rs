@@ -7,7 +7,7 @@ use super::{FitOptions, FittedFrame, FrameObservation, LandmarkFit, pose, size, 
 use crate::{GenericHead, HeadError};
 use faer::Mat;
 use geometry::least_squares::Loss;
-use geometry::{Camera, Progress, Transform, Vec2, Vec3, mesh};
+use geometry::{Camera, Progress, Transform, Vec2, Vec3, median, mesh};
 use rayon::prelude::*;
 
 /// Fewer landmarks than this do not give a pose.
@@ -223,7 +223,7 @@ impl<'a> Context<'a> {
             error / self.growth(&all.frames[frame].pose)
         };
         let strange: Vec<f64> = (0..all.frames.len()).map(strangeness).collect();
-        let usual = median(strange.clone());
+        let usual = median(strange.iter().copied()).unwrap_or(f64::NAN);
         let little = |f: &FrameState| turn(&f.pose) <= self.options.largest_turn;
         all.frames.iter().zip(&strange).map(|(f, s)| little(f) && *s <= STRANGE * usual).collect()
     }
@@ -261,7 +261,7 @@ impl<'a> Context<'a> {
             scale,
             positions: positions.iter().map(|p| p * scale).collect(),
             slips: self.slips(&state.slips, scale),
-            landmark_errors_px: errors.into_iter().map(median).collect(),
+            landmark_errors_px: errors.into_iter().map(|errors| median(errors).unwrap_or(f64::NAN)).collect(),
         })
     }
 
@@ -281,11 +281,6 @@ fn root_mean_square(values: &[f64]) -> f64 {
 }
 
 /// Middle value; not a number for none.
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
-}
-
 /// Root mean square distance from the mean.
 fn spread(points: impl Iterator<Item = Vec2> + Clone) -> f64 {
     let count = points.clone().count().max(1) as f64;

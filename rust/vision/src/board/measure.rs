@@ -278,8 +278,7 @@ fn parabola(points: impl Iterator<Item = Vec2>) -> Option<(f64, f64)> {
     fitted.map(|c| (c.y, 2.0 * c.z))
 }
 
+/// Middle value; 0 for none.
 fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut sorted: Vec<f64> = values.collect();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+    geometry::median(values).unwrap_or(0.0)
 }

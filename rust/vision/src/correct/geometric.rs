@@ -8,11 +8,11 @@
 //! test; where the caller predicts positions and warps (from a head's pose), the neighbours are compared by how far
 //! they are from their predictions, which leaves them only what the prediction has wrong.
 
-use super::neighbours::{Displaced, Graph, LocalMap, MEDIAN_LENGTH, local_map, median};
+use super::neighbours::{Displaced, Graph, LocalMap, MEDIAN_LENGTH, local_map};
 use super::{CorrectError, Correction, Match, Outcome, Reason, positive};
 use crate::pyramid::Pyramid;
 use crate::track::{Guess, Status, TrackOptions, track};
-use geometry::Vec2;
+use geometry::{Vec2, median};
 use rayon::prelude::*;
 
 /// A match found again in its old place may be so many times further from where its neighbours put it.
@@ -204,9 +204,8 @@ impl Judge<'_> {
         let mut maps = self.maps(|i| self.active[i]);
         for _ in 0..self.options.rounds {
             let residual = |i: usize| maps[i].as_ref().map(|map| (self.correction.matches[i].b - map.position).norm());
-            let mut lengths: Vec<f64> =
-                (0..maps.len()).filter_map(|i| Some(residual(i)? / maps[i].as_ref()?.spread)).collect();
-            self.scale = median(&mut lengths) / MEDIAN_LENGTH;
+            let lengths = (0..maps.len()).filter_map(|i| Some(residual(i)? / maps[i].as_ref()?.spread));
+            self.scale = median(lengths).unwrap_or(0.0) / MEDIAN_LENGTH;
             let (_, flips) = self.flips();
             // A flip accuses three matches; the residual tells which of them it is.
             let score = |i: usize| match &maps[i] {

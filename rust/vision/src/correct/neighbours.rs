@@ -1,6 +1,6 @@
 //! Who is next to whom before the motion (Delaunay), and where a point's neighbours put it in frame `b`.
 
-use geometry::Vec2;
+use geometry::{Vec2, median};
 use nalgebra::{Matrix2, Matrix3, Matrix3x2, Vector3};
 use spade::{DelaunayTriangulation, Point2, Triangulation};
 
@@ -107,9 +107,9 @@ pub(super) fn local_map(i: usize, graph: &Graph, matches: &[Displaced], active: 
     }
     let here = matches[i].from;
     let mut distances: Vec<f64> = neighbours.iter().map(|m| (m.from - here).norm()).collect();
-    let reach = median(&mut distances.clone()).max(1e-6);
+    let reach = median(distances.iter().copied()).unwrap_or(0.0).max(1e-6);
     distances.iter_mut().for_each(|d| *d = (-0.5 * (*d / reach).powi(2)).exp());
-    let component = |k: usize| median(&mut neighbours.iter().map(|m| m.to[k] - m.from[k]).collect::<Vec<_>>());
+    let component = |k: usize| median(neighbours.iter().map(|m| m.to[k] - m.from[k])).unwrap_or(0.0);
     let mut coefficients = Matrix3x2::identity();
     coefficients.set_row(0, &nalgebra::RowVector2::new(here.x + component(0), here.y + component(1)));
     coefficients.set_row(1, &nalgebra::RowVector2::new(reach, 0.0));
@@ -122,7 +122,7 @@ pub(super) fn local_map(i: usize, graph: &Graph, matches: &[Displaced], active: 
     for _ in 0..FITS {
         let residuals: Vec<f64> =
             neighbours.iter().zip(&regressors).map(|(m, x)| (m.to - coefficients.transpose() * x).norm()).collect();
-        scale = (median(&mut residuals.clone()) / MEDIAN_LENGTH).max(FINEST_PX);
+        scale = (median(residuals.iter().copied()).unwrap_or(0.0) / MEDIAN_LENGTH).max(FINEST_PX);
         let weights = residuals.iter().zip(&distances).map(|(r, d)| d / (1.0 + (r / (2.0 * scale)).powi(2)));
         (coefficients, spread) = fit(&neighbours, &regressors, weights, reach)?;
     }
@@ -154,12 +154,6 @@ fn fit(
     let inverse = normal.try_inverse()?;
     let variance = (inverse * noise * inverse)[(0, 0)];
     Some((inverse * right, (1.0 + variance).sqrt()))
-}
-
-/// The median; the upper one of two. Zero of nothing.
-pub(super) fn median(values: &mut [f64]) -> f64 {
-    let middle = values.len() / 2;
-    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
 #[cfg(test)]
