@@ -12,7 +12,10 @@ import bpy
 
 # Part of a bar that decoding takes, before the library's work on the frames.
 DECODING = 0.1
-VIDEOS = {f".{ending}" for ending in "mp4 mov avi mkv webm m4v mpg mpeg ogv mts m2ts wmv 3gp flv gif".split()}
+VIDEOS = {
+    *{".mp4", ".mov", ".avi", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg"},
+    *{".ogv", ".mts", ".m2ts", ".wmv", ".3gp", ".flv", ".gif"},
+}
 
 
 def is_video(path: str) -> bool:

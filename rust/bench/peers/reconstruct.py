@@ -1,8 +1,9 @@
-"""`cargo x bench reconstruct`: what a head costs, from the films to the files: time, processor time, memory, each step's share.
+"""`cargo x bench reconstruct`: what a head costs, from the films to the files.
 
-`reconstruct.py CLIP FOLDER ASSETS PROGRAM [BEFORE]`: writes films of several sizes, all made of the demo clip, runs the program on each,
-in turn with another build of it if there is one, and prints a row a film. Unlike in the other benches all cores work, and time is the
-wall's, as whoever waits for a head counts it.
+`reconstruct.py CLIP FOLDER ASSETS PROGRAM [BEFORE]`: writes films of several sizes, all made of the demo clip, runs the
+program on each, in turn with another build of it if there is one, and prints a row a film: time, processor time,
+memory, each step's share. Unlike in the other benches all cores work, and time is the wall's, as whoever waits for a
+head counts it.
 """
 
 import json
@@ -30,7 +31,7 @@ TURNS = 3
 
 @dataclass(frozen=True)
 class Film:
-    """The clip's frames there and back until there are enough, enlarged to fill a size but for the sides; or blurred until no face is left."""
+    """The clip's frames there and back until there are enough, enlarged to a size; or blurred until no face is left."""
 
     name: str
     frames: int
@@ -50,7 +51,8 @@ class Film:
             shutil.rmtree(unfinished, ignore_errors=True)
             unfinished.mkdir(parents=True)
             for k, picture in zip(range(self.frames), there_and_back(clip), strict=False):
-                cv2.imwrite(str(unfinished / f"frame_{k:06d}.png"), self.enlarged(picture), [cv2.IMWRITE_PNG_COMPRESSION, 1])
+                path = str(unfinished / f"frame_{k:06d}.png")
+                cv2.imwrite(path, self.enlarged(picture), [cv2.IMWRITE_PNG_COMPRESSION, 1])
             unfinished.rename(frames)
 
     def enlarged(self, picture: Picture) -> Picture:

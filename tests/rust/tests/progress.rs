@@ -49,10 +49,9 @@ impl Shown {
     /// Checks what holds for the bar of every command.
     fn check(&self, what: &str) {
         let step = self.0.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
-        println!("{what}: largest step {step:.2}");
         assert!(self.0[0] < 0.01 && self.0[self.0.len() - 1] == 1.0, "{what} does not go from 0 to 1");
         assert!(self.0.windows(2).all(|pair| pair[0] <= pair[1]), "{what} falls");
-        assert!(step < LARGEST_STEP, "{what} leaps by {step}");
+        assert!(step < LARGEST_STEP, "{what} leaps by {step:.2}");
     }
 }
 

@@ -471,7 +471,9 @@ class Tracks:
     def with_tracks(self, tracks: Sequence[Track]) -> Tracks:
         """The same frames with other tracks, checked; the points of each frame are counted."""
     def with_disabled(self, disabled: Sequence[tuple[int, float, float]]) -> Tracks:
-        """The same with other `disabled` places: frame and place (u, v) in pixels of each, near which nothing is measured."""
+        """The same with other `disabled` places: frame and place (u, v) in pixels of each, near which nothing is
+        measured.
+        """
     def of_frames(self, names: Sequence[str]) -> Tracks:
         """As they concern other frames of the same clip, known by their names; some may not have been tracked."""
     @property
