@@ -264,7 +264,7 @@ pub enum FacewrightError {
     Drawing(#[from] drawing::DrawingError),
     /// The printed board does not fit.
     #[error(transparent)]
-    Board(#[from] crate::pictures::board::BoardPatternError),
+    Board(#[from] crate::board_error::BoardPatternError),
     /// The caller asked to stop.
     #[error(transparent)]
     Cancelled(#[from] geometry::Cancelled),

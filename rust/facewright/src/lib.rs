@@ -30,6 +30,7 @@
 #![forbid(unsafe_code)]
 
 mod assets;
+mod board_error;
 mod calibrate;
 mod camera;
 mod clock;
@@ -44,6 +45,7 @@ mod head;
 mod method;
 mod motion;
 mod on_rig;
+mod patches;
 pub mod pictures;
 pub mod program;
 mod reason;
@@ -54,23 +56,23 @@ mod texture;
 mod track;
 
 pub use self::calibrate::{
-    Bend, BoardImage, BoardOptions, CalibrateOptions, CalibratedCamera, CalibratedRig, Grid, Keep, MountedCamera,
-    RigInput, SeenCorner, UndistortOptions, calibrate, calibrate_rig, undistort,
+    Bend, BoardImage, BoardOptions, CalibrateOptions, CalibratedCamera, CalibratedRig, CameraFile, Grid, Keep,
+    MountedCamera, RigInput, SeenCorner, UndistortOptions, calibrate, calibrate_rig, undistort,
 };
 pub use self::motion::{
     FrameMotion, HeadMotion, MotionOptions, PointMotion, RigTracks, Roughness, solve_motion, solve_motion_on_rig,
 };
 pub use assets::Assets;
-pub use camera::{CameraFile, CameraSource, SourcedCamera};
+pub use camera::{CameraSource, SourcedCamera};
 pub use error::FacewrightError;
 pub use error_group::ErrorGroup;
 pub use faces::{FaceFrame, Faces, Look, find_faces};
 pub use files::{check_folder, write_drawing, write_json, write_text};
 pub use formats::Schema;
-pub use frames::{Frame, FrameSet};
+pub use frames::{Frame, FrameSet, RigFrames};
 pub use given::Given;
 pub use method::Method;
-pub use on_rig::{RigFrames, reconstruct_on_rig};
+pub use on_rig::reconstruct_on_rig;
 pub use reason::ReasonKind;
 pub use reconstruct::{ReconstructOptions, generic_head, reconstruct};
 pub use result::{

@@ -4,21 +4,12 @@ use crate::motion::Rig;
 use crate::reconstruct::run;
 use crate::{
     Assets, CalibratedRig, CameraSource, FacewrightError, FrameSet, Given, Method, ReconstructOptions, Reconstruction,
-    ReportCamera, SourcedCamera,
+    ReportCamera, RigFrames, SourcedCamera,
 };
 use geometry::{Camera, Pinhole, Progress, Vec2};
 
 /// The frames of all cameras together see at most so much more to each side than a camera without distortion would.
 const WIDER: f64 = 1.5;
-
-/// The frames of one camera of a rig.
-#[derive(Debug)]
-pub struct RigFrames {
-    /// The camera's name in the rig.
-    pub camera: String,
-    /// Its frames as filmed; the k-th frames of all cameras belong together.
-    pub frames: FrameSet,
-}
 
 /// Reconstructs the head that the cameras of a rig filmed at the same moments, or took one photograph each of: their poses give its
 /// poses and its true size. Nothing is written.

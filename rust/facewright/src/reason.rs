@@ -4,7 +4,6 @@
 //! - [`FrameReason`] is what steps decide by; its [`Display`] is the sentence that files keep.
 //! - [`ReasonKind`] is what files keep beside it, and what frames are counted by.
 
-use geometry::Transform;
 use motion::MotionError;
 use serde::de::IntoDeserializer;
 use serde::de::value::Error as Unknown;
@@ -125,11 +124,6 @@ pub enum FrameReason {
 }
 
 impl FrameReason {
-    /// How far a head is turned.
-    pub fn yaw(cam_from_head: &Transform) -> Self {
-        Self::Yaw(crate::faces::yaw_pitch(cam_from_head).0.to_degrees())
-    }
-
     /// The word for it.
     pub fn kind(&self) -> ReasonKind {
         match self {

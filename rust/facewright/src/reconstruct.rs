@@ -5,10 +5,10 @@ use crate::camera::starting_camera;
 use crate::clock::Clock;
 use crate::faces::{Clip, KnownHead, median};
 use crate::head::unseen::replace_unseen;
-use crate::head::{Measured, MeasuredFrame, eyes, features, paper, paper_eyes, shape};
+use crate::head::{Measured, MeasuredFrame, eyes, features, paper, shape};
 use crate::motion::{Rig, solve_on_films};
 use crate::reason::Told;
-use crate::texture::{make_textures, plain};
+use crate::texture::{make_textures, paper_eyes, plain};
 use crate::track::{Corners, track_head};
 use crate::{
     Assets, CameraSource, FacewrightError, FitReport, FrameReport, FrameSet, Given, HeadMotion, Method, MotionOptions,
@@ -121,7 +121,7 @@ pub(crate) fn run(
         progress.split(&weights(given, options.method));
     let (mut clock, head) = (Clock::start(), &assets.head);
     let sourced = starting_camera(frames, given.camera.as_ref())?;
-    let clip = Clip::look(frames, assets, given, &sourced, &options.size, &looking)?;
+    let clip = Clip::look(frames, assets, given.faces.as_ref(), &sourced, &options.size, &looking)?;
     rig.map_or(Ok(()), |rig| rig.check(&clip))?;
     clock.lap("faces");
     let solver = Solver { given, size: &options.size, rig };

@@ -63,7 +63,7 @@ pub fn find_faces(frames: Vec<PathBuf>, assets: AssetsArgument<'_>, camera: Opti
     let (given, assets) = (given(camera.as_ref(), None, None, None)?, assets.handle());
     Job::start(move |progress| {
         let (frames, progress) = open_frames(&frames, progress)?;
-        let faces = facewright::find_faces(&frames, &*assets.load()?, &given, &progress)?;
+        let faces = facewright::find_faces(&frames, &*assets.load()?, given.camera.as_ref(), &progress)?;
         Ok(Output::Faces(Box::new(faces)))
     })
 }
@@ -90,7 +90,8 @@ pub fn track(
     let (given, assets) = (given(camera.as_ref(), faces.as_ref(), None, None)?, assets.handle());
     Job::start(move |progress| {
         let (frames, progress) = open_frames(&frames, progress)?;
-        let tracks = facewright::track(&frames, &*assets.load()?, &given, &options, &progress)?;
+        let (camera, faces) = (given.camera.as_ref(), given.faces.as_ref());
+        let tracks = facewright::track(&frames, &*assets.load()?, camera, faces, &options, &progress)?;
         Ok(Output::Tracks(Box::new(tracks)))
     })
 }

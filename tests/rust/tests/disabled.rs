@@ -29,9 +29,10 @@ fn right_half(tracks: &Tracks) -> Vec<DisabledPoint> {
 fn where_markers_are_disabled_a_reconstruction_measures_nothing_of_its_own() {
     let (assets, progress) = (Assets::load(&assets().unwrap()).unwrap(), Progress::new());
     let frames = FrameSet::open(&[clip().join("frames")], &progress).unwrap();
-    let faces = find_faces(&frames, &assets, &Given::default(), &progress).unwrap();
+    let faces = find_faces(&frames, &assets, None, &progress).unwrap();
     let of_faces = Given { faces: Some(faces), ..Given::default() };
-    let tracks = track(&frames, &assets, &of_faces, &TrackClipOptions::default(), &progress).unwrap();
+    let tracks =
+        track(&frames, &assets, None, of_faces.faces.as_ref(), &TrackClipOptions::default(), &progress).unwrap();
     let options = ReconstructOptions { texture_size: 256, ..ReconstructOptions::default() };
     let points = |tracks: Tracks| {
         let given = Given { tracks: Some(tracks), ..of_faces.clone() };

@@ -39,9 +39,10 @@ fn head(given: Given) -> Vec<Vec3> {
 fn the_files_of_faces_track_and_motion_each_give_the_head_that_the_frames_give() {
     let (folder, progress) = (tempfile::tempdir().unwrap(), Progress::new());
     let path = |name: &str| folder.path().join(name);
-    let faces = find_faces(&FILM.frames, &FILM.assets, &with_camera(), &progress).unwrap();
+    let faces = find_faces(&FILM.frames, &FILM.assets, Some(&FILM.camera), &progress).unwrap();
     faces.write(&path("faces.json")).unwrap();
-    let tracks = track(&FILM.frames, &FILM.assets, &with_camera(), &TrackClipOptions::default(), &progress).unwrap();
+    let options = TrackClipOptions::default();
+    let tracks = track(&FILM.frames, &FILM.assets, Some(&FILM.camera), None, &options, &progress).unwrap();
     tracks.write(&path("tracks.json")).unwrap();
     let motion = solve_motion(&tracks, None, &MotionOptions::default(), &progress).unwrap();
     motion.write(&path("motion.json")).unwrap();
@@ -72,8 +73,8 @@ fn errors(factor: u32) -> (usize, Vec<f64>) {
     let folder = tempfile::tempdir().unwrap();
     let frames = enlarged(folder.path(), factor);
     let camera: Camera = FILM.camera.camera.resized(f64::from(factor));
-    let given = Given { camera: Some(SourcedCamera { camera, ..FILM.camera }), ..Given::default() };
-    let tracks = track(&frames, &FILM.assets, &given, &TrackClipOptions::default(), &Progress::new()).unwrap();
+    let (camera, options) = (SourcedCamera { camera, ..FILM.camera }, TrackClipOptions::default());
+    let tracks = track(&frames, &FILM.assets, Some(&camera), None, &options, &Progress::new()).unwrap();
     let (truth, half) = (Truth::read(), Vec2::repeat(0.5));
     let small = |pixel: &Vec2| (pixel + half) / f64::from(factor) - half;
     let of_track = |t: &facewright::PointTrack| {

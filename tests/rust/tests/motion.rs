@@ -5,9 +5,9 @@
 use end_to_end::truth::Truth;
 use end_to_end::{assets, clip};
 use facewright::{
-    Assets, CalibrateOptions, FacewrightError, FrameSet, Given, HeadMotion, KnownLength, MotionOptions,
-    PointObservation, PointTrack, ReasonKind, Region, SizeOptions, SourcedCamera, TrackClipOptions, Tracks, calibrate,
-    solve_motion, track,
+    Assets, CalibrateOptions, FacewrightError, FrameSet, HeadMotion, KnownLength, MotionOptions, PointObservation,
+    PointTrack, ReasonKind, Region, SizeOptions, SourcedCamera, TrackClipOptions, Tracks, calibrate, solve_motion,
+    track,
 };
 use geometry::mesh::closest_barycentric;
 use geometry::{Progress, Similarity, Transform, Vec2, Vec3};
@@ -24,8 +24,7 @@ static FILM: LazyLock<Film> = LazyLock::new(|| {
     let (assets, progress) = (Assets::load(&assets().unwrap()).unwrap(), Progress::new());
     let camera = calibrated(&clip());
     let frames = FrameSet::open(&[clip().join("frames")], &progress).unwrap();
-    let given = Given { camera: Some(camera), ..Given::default() };
-    let tracks = track(&frames, &assets, &given, &TrackClipOptions::default(), &progress).unwrap();
+    let tracks = track(&frames, &assets, Some(&camera), None, &TrackClipOptions::default(), &progress).unwrap();
     Film { truth: Truth::read(), camera, tracks }
 });
 
@@ -319,8 +318,8 @@ fn a_scanned_head_is_posed_with_a_board_and_without() {
     let (assets, progress) = (Assets::load(&assets().unwrap()).unwrap(), Progress::new());
     let frames = FrameSet::open(&[folder.join("frames")], &progress).unwrap();
     for camera in [Some(calibrated(&folder)), None] {
-        let given = Given { camera, ..Given::default() };
-        let motion = solved(&track(&frames, &assets, &given, &TrackClipOptions::default(), &progress).unwrap());
+        let options = TrackClipOptions::default();
+        let motion = solved(&track(&frames, &assets, camera.as_ref(), None, &options, &progress).unwrap());
         let (turn, shift) = pose_errors(&motion, &truth);
         let (focal, sigma) = (motion.camera.camera.fx, motion.focal_sigma_px);
         let said = format!(

@@ -16,8 +16,7 @@ use std::time::Duration;
 const LARGEST_STEP: f64 = 1.0 / 3.0;
 
 static ASSETS: LazyLock<Assets> = LazyLock::new(|| Assets::load(&assets().unwrap()).unwrap());
-static FACES: LazyLock<Faces> =
-    LazyLock::new(|| find_faces(&frames(), &ASSETS, &Given::default(), &Progress::new()).unwrap());
+static FACES: LazyLock<Faces> = LazyLock::new(|| find_faces(&frames(), &ASSETS, None, &Progress::new()).unwrap());
 
 fn frames() -> FrameSet {
     FrameSet::open(&[clip().join("frames")], &Progress::new()).unwrap()
@@ -58,8 +57,8 @@ impl Shown {
 #[test]
 fn the_bar_of_each_command_grows_from_0_to_1_without_leaps() {
     let (given, sized) = (Given::default(), ReconstructOptions { texture_size: 512, ..ReconstructOptions::default() });
-    watched(|p| find_faces(&frames(), &ASSETS, &given, p).unwrap()).1.check("faces");
-    let (tracks, shown) = watched(|p| track(&frames(), &ASSETS, &given, &TrackClipOptions::default(), p).unwrap());
+    watched(|p| find_faces(&frames(), &ASSETS, None, p).unwrap()).1.check("faces");
+    let (tracks, shown) = watched(|p| track(&frames(), &ASSETS, None, None, &TrackClipOptions::default(), p).unwrap());
     shown.check("track");
     watched(|p| solve_motion(&tracks, None, &MotionOptions::default(), p).unwrap()).1.check("motion");
     watched(|p| reconstruct(&frames(), &ASSETS, &given, &sized, p).unwrap()).1.check("reconstruct");

@@ -26,8 +26,7 @@ static FILM: LazyLock<Film> = LazyLock::new(|| {
     let boards = FrameSet::open(&[clip().join("board")], &progress).unwrap();
     let camera = calibrate(&boards, &CalibrateOptions::default(), &progress).unwrap().camera;
     let frames = FrameSet::open(&[clip().join("frames")], &progress).unwrap();
-    let given = Given { camera: Some(camera), ..Given::default() };
-    let tracks = track(&frames, &assets, &given, &options(), &progress).unwrap();
+    let tracks = track(&frames, &assets, Some(&camera), None, &options(), &progress).unwrap();
     Film { assets, truth: Truth::read(), camera, frames, tracks }
 });
 
@@ -37,8 +36,7 @@ fn options() -> TrackClipOptions {
 
 /// Tracks of frames of the film by its camera.
 fn tracked(frames: &FrameSet, options: &TrackClipOptions) -> Result<Tracks, FacewrightError> {
-    let given = Given { camera: Some(FILM.camera), ..Given::default() };
-    track(frames, &FILM.assets, &given, options, &Progress::new())
+    track(frames, &FILM.assets, Some(&FILM.camera), None, options, &Progress::new())
 }
 
 fn frame(index: usize) -> PathBuf {

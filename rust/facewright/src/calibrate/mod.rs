@@ -8,6 +8,7 @@
 //! camera is `motion::calibrate`'s.
 
 mod board;
+mod camera_file;
 mod choice;
 mod detection;
 mod rig;
@@ -15,6 +16,7 @@ mod undistort;
 mod valid;
 
 pub use board::{BoardOptions, Grid};
+pub use camera_file::CameraFile;
 pub use rig::{CalibratedRig, MountedCamera, RigInput, calibrate_rig};
 pub use undistort::{Keep, UndistortOptions, undistort};
 

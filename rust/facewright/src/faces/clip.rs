@@ -2,8 +2,8 @@
 
 use super::{Faces, KnownHead, Placing, landmarks_of, look_at};
 use crate::frames::Octave;
-use crate::track::octave;
-use crate::{Assets, FacewrightError, FrameSet, Given, SizeOptions, SourcedCamera};
+use crate::patches::octave;
+use crate::{Assets, FacewrightError, FrameSet, SizeOptions, SourcedCamera};
 use geometry::{Progress, Transform};
 use head::GenericHead;
 use head::fit::{FitOptions, FrameObservation, LandmarkFit, fit_landmarks};
@@ -63,18 +63,18 @@ impl<'a> Clip<'a> {
     pub fn look(
         frames: &'a FrameSet,
         assets: &'a Assets,
-        given: &Given,
+        given: Option<&Faces>,
         camera: &SourcedCamera,
         size: &SizeOptions,
         progress: &Progress,
     ) -> Result<Self, FacewrightError> {
         let looking = Looking { frames, assets, camera, size, triangles: assets.head.outer_skin() };
-        let looks = given.faces.as_ref().map_or(frames.len().div_ceil(step(frames)), |faces| faces.looked().len());
+        let looks = given.map_or(frames.len().div_ceil(step(frames)), |faces| faces.looked().len());
         let finishes = finishes(looks, frames.len());
-        let first = if given.faces.is_some() { 0.0 } else { looks as f64 };
+        let first = if given.is_some() { 0.0 } else { looks as f64 };
         let [first, finishing] = progress.split(&[first, finishes.iter().sum()]);
         let finishing = finishing.split(&finishes);
-        let faces = match &given.faces {
+        let faces = match given {
             Some(faces) => {
                 faces.check(frames)?;
                 faces.clone()

@@ -6,6 +6,8 @@ use geometry::{Camera, Transform, Vec2, Vec3};
 use head::fit::{FrameObservation, LandmarkFit};
 use vision::landmarks::Face;
 
+/// Standard deviation of the landmarks' rotations about each axis, radians: their errors last for many frames.
+pub(crate) const LANDMARK_SIGMA_RAD: f64 = 0.05;
 /// Jitter of the landmark net in terms of the distance between the eyes.
 const NET_JITTER: f64 = 0.012;
 

@@ -1,7 +1,7 @@
 //! What the nets see in a frame: the face that is followed, and how sharp it is.
 
 use super::Faces;
-use crate::track::octave;
+use crate::patches::octave;
 use crate::{FacewrightError, FrameSet};
 use geometry::Progress;
 use image::{GrayImage, RgbImage, imageops};

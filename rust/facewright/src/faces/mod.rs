@@ -14,19 +14,17 @@ mod fit;
 mod look;
 mod place;
 mod select;
-mod skin;
 
 pub use clip::Clip;
 pub use fit::{KnownFrame, KnownHead};
-pub(crate) use fit::{landmarks_of, observation};
+pub(crate) use fit::{LANDMARK_SIGMA_RAD, landmarks_of, observation};
 pub use look::{Look, look_at};
 pub(crate) use place::Placing;
 pub use select::{Chosen, SelectOptions, candidates, check_turn, judge_all, median, yaw_pitch};
-pub use skin::TrackedSkin;
 
 use crate::camera::starting_camera;
 use crate::formats::{self, Format, once};
-use crate::{Assets, FacewrightError, FrameSet, Given, Schema, SizeOptions};
+use crate::{Assets, FacewrightError, FrameSet, Schema, SizeOptions, SourcedCamera};
 use geometry::Progress;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -83,25 +81,25 @@ impl Format for Faces {
 ///
 /// # Examples
 /// ```no_run
-/// use facewright::{Assets, FrameSet, Given, find_faces};
+/// use facewright::{Assets, FrameSet, find_faces};
 /// use geometry::Progress;
 /// use std::path::Path;
 ///
 /// let progress = Progress::new();
 /// let frames = FrameSet::open(&["clip.mp4".into()], &progress)?;
 /// let assets = Assets::load(&Assets::default_folder())?;
-/// let faces = find_faces(&frames, &assets, &Given::default(), &progress)?;
+/// let faces = find_faces(&frames, &assets, None, &progress)?;
 /// faces.write(Path::new("faces.json"))?;
 /// # Ok::<(), facewright::FacewrightError>(())
 /// ```
 pub fn find_faces(
     frames: &FrameSet,
     assets: &Assets,
-    given: &Given,
+    camera: Option<&SourcedCamera>,
     progress: &Progress,
 ) -> Result<Faces, FacewrightError> {
-    let camera = starting_camera(frames, given.camera.as_ref())?;
-    Ok(Clip::look(frames, assets, given, &camera, &SizeOptions::default(), progress)?.faces)
+    let camera = starting_camera(frames, camera)?;
+    Ok(Clip::look(frames, assets, None, &camera, &SizeOptions::default(), progress)?.faces)
 }
 
 impl Faces {

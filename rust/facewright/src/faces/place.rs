@@ -4,10 +4,9 @@
 //! Landmarks tell a pose to a degree or two, jitter, and cost more than anything else; patches of neighbouring frames tell it as
 //! well as the neighbours' landmarks do together.
 
-use super::{KnownFrame, KnownHead, TrackedSkin};
+use super::{KnownFrame, KnownHead, LANDMARK_SIGMA_RAD};
 use crate::frames::Octave;
-use crate::motion::{LANDMARK_SIGMA_RAD, threshold_px};
-use crate::track::{Anchors, Scene, SearchOptions, Surface, View, seeds};
+use crate::patches::{Anchors, Scene, SearchOptions, Surface, TrackedSkin, View, seeds, threshold_px};
 use crate::{FacewrightError, FrameSet};
 use geometry::{Camera, Transform, Vec2, Vec3};
 use head::GenericHead;

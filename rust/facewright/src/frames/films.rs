@@ -14,6 +14,15 @@ pub(super) struct Film {
     pub(super) map: Option<PixelMap>,
 }
 
+/// The frames of one camera of a rig.
+#[derive(Debug)]
+pub struct RigFrames {
+    /// The camera's name in the rig.
+    pub camera: String,
+    /// Its frames as filmed; the k-th frames of all cameras belong together.
+    pub frames: FrameSet,
+}
+
 impl FrameSet {
     /// The films of several cameras, one after the other, as one camera without distortion would have taken them: its size and, with
     /// each film's name, where its pixels come from. The films must outlive what is made of them.

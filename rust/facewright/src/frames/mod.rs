@@ -12,6 +12,7 @@ mod video;
 
 use crate::FacewrightError;
 use films::Film;
+pub use films::RigFrames;
 use geometry::Progress;
 use image::{DynamicImage, ImageDecoder, ImageReader, RgbImage, imageops};
 pub(crate) use octave::Octave;

@@ -8,7 +8,6 @@
 pub mod eyes;
 pub mod features;
 pub mod paper;
-pub mod paper_eyes;
 pub mod shape;
 pub mod unseen;
 

@@ -8,8 +8,9 @@
 //! landmark net; they and the matched corners determine the motion.
 
 use super::{Measured, MeasuredFrame};
-use crate::faces::{Chosen, Clip, TrackedSkin, median, yaw_pitch};
+use crate::faces::{Chosen, Clip, median, yaw_pitch};
 use crate::frames::Octave;
+use crate::patches::TrackedSkin;
 use crate::reason::FrameReason;
 use crate::track::pair::{MatchOptions, paper_matches};
 use crate::{FacewrightError, SizeOptions, SourcedCamera};

@@ -22,7 +22,8 @@ mod rigid;
 mod scale;
 
 use crate::clock::Clock;
-use crate::faces::{check_turn, median};
+use crate::faces::{LANDMARK_SIGMA_RAD, check_turn};
+use crate::patches::threshold_px;
 use crate::{CameraSource, FacewrightError, Region, SizeOptions, SourcedCamera, Tracks};
 use clap::Args;
 pub(crate) use films::{Rig, solve_on_films};
@@ -34,16 +35,10 @@ pub use rig::{RigTracks, solve_motion_on_rig};
 use rigid::{Judged, judge};
 use serde::{Deserialize, Serialize};
 
-/// Standard deviation of the landmarks' rotations about each axis, radians: their errors last for many frames.
-pub(crate) const LANDMARK_SIGMA_RAD: f64 = 0.05;
-/// That of their positions along each axis, metres: they hold nothing but the frame of the head.
+/// Standard deviation of the landmarks' positions along each axis, metres: they hold nothing but the frame of the head.
 pub(crate) const LANDMARK_SIGMA_M: f64 = 0.3;
 /// Standard deviation of the landmarks' head under a point, metres: it constrains what a narrow range of yaw leaves open.
 pub(crate) const SURFACE_SIGMA_M: f64 = 0.006;
-/// Distance of a right observation from its point at most, by the tracker, pixels …
-const TRACKER_PX: f64 = 1.0;
-/// … and by what skin slides on the skull, metres.
-const SKIN_M: f64 = 0.002;
 
 /// Frames that the first solution takes its structure from: enough to tell which tracks move with the skull.
 const FIRST_KEY_FRAMES: usize = 48;
@@ -204,13 +199,6 @@ impl Problem {
         };
         Ok(reconstruct_sequence(&tracks, camera, &options, progress)?)
     }
-}
-
-/// Distance of a right observation from its point at most, pixels: tracker and skin together, the head being where it
-/// usually is.
-pub(crate) fn threshold_px(cam_from_head: &[Transform], camera: &Camera) -> f64 {
-    let distance = median(cam_from_head.iter().map(|pose| pose.translation.z));
-    TRACKER_PX.hypot(SKIN_M * camera.fx / distance)
 }
 
 /// Where points are on the landmarks' head.

@@ -2,7 +2,7 @@
 
 use super::inputs::{camera, check_output, open};
 use super::summary::{Summary, listed};
-use crate::{Assets, FacewrightError, Given, find_faces};
+use crate::{Assets, FacewrightError, find_faces};
 use clap::Args;
 use geometry::Progress;
 use serde::Serialize;
@@ -25,10 +25,10 @@ pub struct FacesCommand {
 
 impl FacesCommand {
     pub(super) fn run(&self, assets: &Path, progress: &Progress) -> Result<Summary, FacewrightError> {
-        let given = Given { camera: camera(self.camera.as_deref())?, ..Given::default() };
+        let camera = camera(self.camera.as_deref())?;
         check_output(&self.output)?;
         let (frames, progress) = open(&self.frames, progress)?;
-        let faces = find_faces(&frames, &Assets::load(assets)?, &given, &progress)?;
+        let faces = find_faces(&frames, &Assets::load(assets)?, camera.as_ref(), &progress)?;
         faces.write(&self.output)?;
         let (looked, seen) = faces.counts();
         let text = format!(

@@ -3,8 +3,8 @@
 use super::inputs::{camera, check_output, faces, open};
 use super::summary::{Summary, listed};
 use crate::{
-    Assets, CalibratedRig, FacewrightError, Given, HeadMotion, MotionOptions, RigTracks, SourcedCamera,
-    TrackClipOptions, Tracks, solve_motion, solve_motion_on_rig, track, write_json,
+    Assets, CalibratedRig, FacewrightError, HeadMotion, MotionOptions, RigTracks, SourcedCamera, TrackClipOptions,
+    Tracks, solve_motion, solve_motion_on_rig, track, write_json,
 };
 use clap::Args;
 use geometry::Progress;
@@ -72,9 +72,12 @@ impl MotionCommand {
             [] => {
                 let [tracking, solving] = progress.split(&PARTS);
                 let (frames, tracking) = open(&self.frames, &tracking)?;
-                let given = Given { camera, faces: faces(self.faces.as_deref())?, ..Given::default() };
+                let faces = faces(self.faces.as_deref())?;
                 let options = TrackClipOptions::default();
-                Ok((track(&frames, &Assets::load(assets)?, &given, &options, &tracking)?, solving))
+                Ok((
+                    track(&frames, &Assets::load(assets)?, camera.as_ref(), faces.as_ref(), &options, &tracking)?,
+                    solving,
+                ))
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use super::inputs::{camera, check_output, faces, open};
 use super::summary::{Summary, listed};
-use crate::{Assets, FacewrightError, Given, TrackClipOptions, track, write_json};
+use crate::{Assets, FacewrightError, TrackClipOptions, track, write_json};
 use clap::Args;
 use geometry::Progress;
 use serde::Serialize;
@@ -31,11 +31,10 @@ pub struct TrackCommand {
 
 impl TrackCommand {
     pub(super) fn run(&self, assets: &Path, progress: &Progress) -> Result<Summary, FacewrightError> {
-        let given =
-            Given { camera: camera(self.camera.as_deref())?, faces: faces(self.faces.as_deref())?, ..Given::default() };
+        let (camera, faces) = (camera(self.camera.as_deref())?, faces(self.faces.as_deref())?);
         check_output(&self.output)?;
         let (frames, progress) = open(&self.frames, progress)?;
-        let tracks = track(&frames, &Assets::load(assets)?, &given, &self.options, &progress)?;
+        let tracks = track(&frames, &Assets::load(assets)?, camera.as_ref(), faces.as_ref(), &self.options, &progress)?;
         write_json(&self.output, &tracks)?;
         let used = tracks.frames.iter().filter(|f| f.used).count();
         let text = format!(

@@ -1,6 +1,7 @@
 //! Textures of the finished shape: the skin's atlas from the chosen frames, and the eyes' picture from the irises.
 
 mod cuts;
+pub mod paper_eyes;
 
 use crate::faces::Clip;
 use crate::head::Measured;

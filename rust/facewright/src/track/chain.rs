@@ -2,9 +2,9 @@
 
 use super::PointObservation;
 use super::findings::{Findings, Loss};
-use super::search::REFERENCE_PX;
 use super::sequence::{Sequence, Shot};
 use crate::FacewrightError;
+use crate::patches::REFERENCE_PX;
 use crate::track::pair::PAPER_WINDOW;
 use geometry::{Progress, Vec2};
 use vision::corners::{CornerOptions, Spread, detect};

@@ -1,7 +1,7 @@
 //! What was found of each point in each frame, and why not.
 
-use super::search::FINEST_PX;
 use super::{PointGap, PointObservation, PointTrack, Region};
+use crate::patches::FINEST_PX;
 use geometry::{Vec2, Vec3};
 use std::fmt::{self, Display, Formatter};
 use vision::correct::{Outcome, Reason};

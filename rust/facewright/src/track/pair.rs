@@ -1,9 +1,11 @@
 //! Corners of the face matched between two frames (paper, sections 2.3 and 2.4; and ours).
 
-use crate::faces::{TrackedSkin, observation};
+use crate::faces::observation;
 use crate::frames::Octave;
+use crate::patches::{
+    Anchors, Scene, Search, SearchOptions, Seed, Sighting, Surface, TrackedSkin, View, octave, seeds,
+};
 use crate::track::sequence::{check_points, check_window};
-use crate::track::{Anchors, Scene, Search, SearchOptions, Seed, Sighting, Surface, View, octave, seeds};
 use crate::{Assets, CameraSource, FacewrightError, FrameSet, Method, Schema, SourcedCamera, camera::starting_camera};
 use clap::{ArgAction, Args};
 use geometry::{Camera, Progress, Vec2};

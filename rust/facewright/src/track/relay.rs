@@ -6,10 +6,9 @@
 //! become uncertain is given up.
 
 use super::findings::{Findings, Loss};
-use super::search::{Scene, Seed};
 use super::sequence::{CHUNK, Reference, Sequence, Shot};
-use super::surface::Surface;
 use crate::FacewrightError;
+use crate::patches::{Scene, Seed, Surface};
 use geometry::{Progress, Vec2};
 use rayon::prelude::*;
 use std::collections::BTreeMap;

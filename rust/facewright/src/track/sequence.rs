@@ -8,14 +8,15 @@ use super::chain::chain;
 use super::findings::{Finding, Findings, Loss};
 use super::region::region;
 use super::relay::relay;
-use super::search::{Anchors, REFERENCE_PX, Scene, Search, SearchOptions, Seed, seeds};
-use super::surface::{SkinPoint, Surface, View};
 use super::{DisabledPoint, FrameTracks, PointObservation, PointTrack, Tracks};
 use crate::camera::starting_camera;
-use crate::faces::{Clip, KnownHead, SelectOptions, TrackedSkin, candidates, judge_all, yaw_pitch};
+use crate::faces::{Clip, KnownHead, SelectOptions, candidates, judge_all, yaw_pitch};
 use crate::frames::Octave;
+use crate::patches::{
+    Anchors, REFERENCE_PX, Scene, Search, SearchOptions, Seed, SkinPoint, Surface, TrackedSkin, View, seeds,
+};
 use crate::reason::{FrameReason, Told};
-use crate::{Assets, CameraSource, FacewrightError, FrameSet, Given, Method, Schema, SizeOptions, SourcedCamera};
+use crate::{Assets, CameraSource, Faces, FacewrightError, FrameSet, Method, Schema, SizeOptions, SourcedCamera};
 use clap::Args;
 use geometry::mesh::at_barycentric;
 use geometry::{Camera, Progress, Transform, Vec2, Vec3};
@@ -93,19 +94,20 @@ pub(super) fn check_window(window: Option<usize>) -> Result<(), FacewrightError>
     }
 }
 
-/// Tracks points of the face through a sequence. Frames are in the order of time; of what is given, camera and faces count.
+/// Tracks points of the face through a sequence. Frames are in the order of time; without a
+/// `camera` the focal length is estimated, without `faces` they are found.
 ///
 /// # Examples
 /// ```no_run
-/// use facewright::{Assets, Faces, FrameSet, Given, TrackClipOptions, track};
+/// use facewright::{Assets, Faces, FrameSet, TrackClipOptions, track};
 /// use geometry::Progress;
 /// use std::path::Path;
 ///
 /// let progress = Progress::new();
 /// let frames = FrameSet::open(&["clip.mp4".into()], &progress)?;
 /// let assets = Assets::load(&Assets::default_folder())?;
-/// let given = Given { faces: Some(Faces::read(Path::new("faces.json"))?), ..Given::default() };
-/// let tracks = track(&frames, &assets, &given, &TrackClipOptions::default(), &progress)?;
+/// let faces = Faces::read(Path::new("faces.json"))?;
+/// let tracks = track(&frames, &assets, None, Some(&faces), &TrackClipOptions::default(), &progress)?;
 /// for point in &tracks.tracks {
 ///     println!("point {} was found in {} frames", point.id, point.observations.len());
 /// }
@@ -115,7 +117,8 @@ pub(super) fn check_window(window: Option<usize>) -> Result<(), FacewrightError>
 pub fn track(
     frames: &FrameSet,
     assets: &Assets,
-    given: &Given,
+    camera: Option<&SourcedCamera>,
+    faces: Option<&Faces>,
     options: &TrackClipOptions,
     progress: &Progress,
 ) -> Result<Tracks, FacewrightError> {
@@ -123,9 +126,9 @@ pub fn track(
         return Err(FacewrightError::OneFrame);
     }
     options.validate()?;
-    let camera = starting_camera(frames, given.camera.as_ref())?;
+    let camera = starting_camera(frames, camera)?;
     let [looking, tracking] = progress.split(&PARTS);
-    let clip = Clip::look(frames, assets, given, &camera, &SizeOptions::default(), &looking)?;
+    let clip = Clip::look(frames, assets, faces, &camera, &SizeOptions::default(), &looking)?;
     track_head(&clip, &clip.known, camera.source, options, Corners::New, &tracking)
 }
 
@@ -423,7 +426,7 @@ impl<'a> Sequence<'a> {
         let frame = |i: usize| {
             let pose = self.known.pose(i);
             let reason = match (&self.quality[i], &pose) {
-                (_, Some(pose)) if counts[i] > 0 => FrameReason::yaw(pose),
+                (_, Some(pose)) if counts[i] > 0 => FrameReason::Yaw(yaw_pitch(pose).0.to_degrees()),
                 (Err(reason), _) => reason.clone(),
                 _ => FrameReason::NothingFound,
             };

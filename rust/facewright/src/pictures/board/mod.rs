@@ -13,6 +13,7 @@ mod page;
 
 pub use page::Page;
 
+use crate::board_error::{BoardPatternError, LEAST_MM};
 use crate::{BoardOptions, FacewrightError};
 use clap::{ArgAction, Args};
 use drawing::{Anchor, Colour, DPI, Drawing, Stroke, Text};
@@ -26,8 +27,6 @@ const RULER_MM: f64 = 100.0;
 const RULERS_MM: (f64, f64) = (8.5, BORDER_MM);
 /// Size of the text, mm.
 const TEXT_MM: f64 = 2.8;
-/// Least side of a square, mm: smaller ones no camera sees sharp.
-const LEAST_MM: f64 = 3.0;
 
 /// What is printed, and on what.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
@@ -67,39 +66,6 @@ impl SheetOptions {
     }
 }
 
-/// Why there is no board to print.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum BoardPatternError {
-    /// Too few corners, or squares too small.
-    #[error(
-        "a board needs at least 3x3 inner corners, or 2x2 squares with gaps between them, and squares of at least {LEAST_MM} mm; {board} of {} mm were asked for",
-        side_mm(.board)
-    )]
-    Impossible {
-        /// What was asked for.
-        board: Board,
-    },
-    /// The board is larger than the page.
-    #[error("the board needs {width_mm:.0} x {height_mm:.0} mm with its margins and does not fit on {page}: {}", advice(.fits))]
-    DoesNotFit {
-        /// The page asked for.
-        page: Page,
-        /// Width needed.
-        width_mm: f64,
-        /// Height needed.
-        height_mm: f64,
-        /// The smallest page it fits on.
-        fits: Option<Page>,
-    },
-}
-
-fn advice(fits: &Option<Page>) -> String {
-    match fits {
-        Some(page) => format!("print on {page}, or use smaller squares"),
-        None => "use smaller or fewer squares".to_owned(),
-    }
-}
-
 /// A length in metres as millimetres, without the rounding errors of metres.
 fn millimetres(metres: f64) -> f64 {
     (metres * 1e9).round() / 1e6
@@ -136,6 +102,7 @@ fn on_page(board: &Board, page: Page, mark: bool) -> Result<Drawing, BoardPatter
     let Some(size) = page.around(extent, side / 2.0) else {
         let fits = Page::ALL.into_iter().find(|page| page.around(extent, side / 2.0).is_some());
         let needed = extent.add_scalar(2.0 * Page::margin(side / 2.0));
+        let (page, fits) = (page.to_string(), fits.map(|page| page.to_string()));
         return Err(BoardPatternError::DoesNotFit { page, width_mm: needed.x, height_mm: needed.y, fits });
     };
     let corner = (size - extent) / 2.0;

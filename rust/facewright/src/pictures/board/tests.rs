@@ -148,7 +148,7 @@ fn text_states_the_scale_and_a_tall_board_turns_the_page() {
 #[test]
 fn a_board_too_large_names_the_page_it_fits() {
     let error = plain(&Board::checkerboard(9, 6, 0.035)).unwrap_err();
-    assert!(matches!(error, BoardPatternError::DoesNotFit { fits: Some(Page::A3), .. }));
+    assert!(matches!(&error, BoardPatternError::DoesNotFit { fits: Some(page), .. } if page == "A3"));
     assert!(error.to_string().contains("print on A3"), "{error}");
     for board in [Board::checkerboard(9, 6, 0.08), Board::checkerboard(4_000_000, 6, 0.003)] {
         let error = plain(&board).unwrap_err();

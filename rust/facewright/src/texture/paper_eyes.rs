@@ -7,9 +7,9 @@
 //! the sockets; so the eyes are exchanged last, and the sockets, which were drawn onto the balls, open again. The circles rest; the
 //! corners on the socket go with the lids.
 
-use super::eyes::Eyes;
+use super::eye_uv;
+use crate::head::eyes::Eyes;
 use crate::result::PartShape;
-use crate::texture::eye_uv;
 use crate::{FacewrightError, Reconstruction};
 use geometry::Vec3;
 use head::eyes::{EyeOptions, fit_eyes};

@@ -3,9 +3,9 @@
 //! The template is always the first frame's patch, warped as the head's pose and surface predict it. What neighbouring
 //! points contradict is searched again where they put it ([`vision::correct`]).
 
+use super::skin::TrackedSkin;
 use super::surface::{SkinPoint, View};
 use crate::FacewrightError;
-use crate::faces::TrackedSkin;
 use crate::frames::Octave;
 use geometry::Vec2;
 use image::GrayImage;
