@@ -16,13 +16,20 @@ use std::process::{Command, Output};
 /// Nobody in particular.
 const USER: u32 = 65534;
 
-/// Whether this test can become another user; says so where it cannot.
-fn can(program: &str, arguments: &[&str]) -> bool {
-    let can = Command::new(program).args(arguments).output().is_ok_and(|output| output.status.success());
+/// Whether a command can be run here, as another user or in a name space of its own; says so where it cannot.
+fn can(command: &mut Command) -> bool {
+    let can = command.output().is_ok_and(|output| output.status.success());
     if !can {
-        println!("skipped: `{program} {}` is not possible here", arguments.join(" "));
+        println!("skipped: {command:?} is not possible here");
     }
     can
+}
+
+/// The program, to be run by the other user.
+fn by_the_user(program: &Path) -> Command {
+    let mut command = Command::new("setpriv");
+    command.args(["--reuid", "65534", "--regid", "65534", "--clear-groups"]).arg(program);
+    command
 }
 
 /// The program where every user may run it.
@@ -40,18 +47,14 @@ fn board(command: &mut Command, output: &Path) -> Output {
 
 #[test]
 fn a_user_writes_into_their_home_and_is_told_where_they_may_not() {
-    if !can("setpriv", &["--reuid", "65534", "--clear-groups", "true"]) {
-        return;
-    }
     let folder = tempfile::tempdir().unwrap();
     let (program, home) = (copied(folder.path()), folder.path().join("home"));
+    if !can(by_the_user(&program).arg("--version")) {
+        return;
+    }
     fs::create_dir(&home).unwrap();
     chown(&home, Some(USER), Some(USER)).unwrap();
-    let write = |output: &Path| {
-        let mut command = Command::new("setpriv");
-        command.args(["--reuid", "65534", "--regid", "65534", "--clear-groups"]).arg(&program);
-        board(&mut command, output)
-    };
+    let write = |output: &Path| board(&mut by_the_user(&program), output);
     for output in ["board.png", "new/folder/board.png"] {
         let output = home.join(output);
         let said = write(&output);
@@ -65,7 +68,7 @@ fn a_user_writes_into_their_home_and_is_told_where_they_may_not() {
 
 #[test]
 fn the_root_of_a_volume_is_written_to_and_a_read_only_one_is_named() {
-    if !can("unshare", &["--mount", "mount", "-t", "tmpfs", "none", "/mnt"]) {
+    if !can(Command::new("unshare").args(["--mount", "mount", "-t", "tmpfs", "none", "/mnt"])) {
         return;
     }
     let folder = tempfile::tempdir().unwrap();

@@ -45,25 +45,38 @@ fn watched<T>(work: impl FnOnce(&Progress) -> T) -> (T, Shown) {
 }
 
 impl Shown {
-    /// Checks what holds for the bar of every command.
-    fn check(&self, what: &str) {
-        let step = self.0.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+    /// The largest step of a bar that goes from 0 to 1 and never falls.
+    fn largest_step(&self, what: &str) -> f64 {
         assert!(self.0[0] < 0.01 && self.0[self.0.len() - 1] == 1.0, "{what} does not go from 0 to 1");
         assert!(self.0.windows(2).all(|pair| pair[0] <= pair[1]), "{what} falls");
-        assert!(step < LARGEST_STEP, "{what} leaps by {step:.2}");
+        self.0.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max)
     }
+}
+
+/// Checks the bar of a command, and gives back what it made. Where a busy machine has kept the watcher from looking, it looks again: a
+/// bar that leaps does so every time.
+fn check<T>(what: &str, work: impl Fn(&Progress) -> T) -> T {
+    let (mut made, shown) = watched(&work);
+    let mut step = shown.largest_step(what);
+    for _ in 0..2 {
+        if step >= LARGEST_STEP {
+            let again = watched(&work);
+            (made, step) = (again.0, again.1.largest_step(what));
+        }
+    }
+    assert!(step < LARGEST_STEP, "{what} leaps by {step:.2}");
+    made
 }
 
 #[test]
 fn the_bar_of_each_command_grows_from_0_to_1_without_leaps() {
     let (given, sized) = (Given::default(), ReconstructOptions { texture_size: 512, ..ReconstructOptions::default() });
-    watched(|p| find_faces(&frames(), &ASSETS, None, p).unwrap()).1.check("faces");
-    let (tracks, shown) = watched(|p| track(&frames(), &ASSETS, None, None, &TrackClipOptions::default(), p).unwrap());
-    shown.check("track");
-    watched(|p| solve_motion(&tracks, None, &MotionOptions::default(), p).unwrap()).1.check("motion");
-    watched(|p| reconstruct(&frames(), &ASSETS, &given, &sized, p).unwrap()).1.check("reconstruct");
+    check("faces", |p| find_faces(&frames(), &ASSETS, None, p).unwrap());
+    let tracks = check("track", |p| track(&frames(), &ASSETS, None, None, &TrackClipOptions::default(), p).unwrap());
+    check("motion", |p| solve_motion(&tracks, None, &MotionOptions::default(), p).unwrap());
+    check("reconstruct", |p| reconstruct(&frames(), &ASSETS, &given, &sized, p).unwrap());
     let with_tracks = Given { tracks: Some(tracks), faces: Some(FACES.clone()), ..Given::default() };
-    watched(|p| reconstruct(&frames(), &ASSETS, &with_tracks, &sized, p).unwrap()).1.check("reconstruct from tracks");
+    check("reconstruct from tracks", |p| reconstruct(&frames(), &ASSETS, &with_tracks, &sized, p).unwrap());
     let paper = ReconstructOptions { method: Method::Paper, ..sized };
-    watched(|p| reconstruct(&frames(), &ASSETS, &given, &paper, p).unwrap()).1.check("reconstruct by the paper");
+    check("reconstruct by the paper", |p| reconstruct(&frames(), &ASSETS, &given, &paper, p).unwrap());
 }
