@@ -30,6 +30,7 @@ from facewright import check_folder as check_folder
 from facewright import generic_head as _generic_head
 from facewright import motion as _motion
 from facewright import parse_command as parse_command
+from facewright import pictures_in as pictures_in
 from facewright import reconstruct as _reconstruct
 from facewright import run as _run
 from facewright import save_board as save_board
@@ -58,6 +59,7 @@ __all__ = [
     "check_folder",
     "generic_head",
     "parse_command",
+    "pictures_in",
     "reconstruct",
     "run_command",
     "save_board",

@@ -4,12 +4,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..engine import FacewrightError, Method, Reconstruction, ReconstructOptions, Tracks, check_folder, reconstruct
+from ..engine import (
+    FacewrightError,
+    Method,
+    Reconstruction,
+    ReconstructOptions,
+    Tracks,
+    check_folder,
+    pictures_in,
+    reconstruct,
+)
 from ..engine.report import parse as parse_report
 from ..jobs import Work, watch
 from ..scene import face_tracks, heads, motion_rig, track_reading, video
 from ..scene import head as scene_head
-from ..scene.footage import PICTURES
 from ..scene.heads import Head
 
 # Which head a run is to make: a new one, the one of a key, or (empty) the one that the clip has made.
@@ -112,7 +120,7 @@ def _numbers(source: Source) -> range:
 def _images(source: Source) -> list[str]:
     path = Path(source.path)
     folder = path if path.is_dir() else path.parent
-    images = sorted(str(p) for p in folder.iterdir() if p.suffix.lower() in PICTURES)
+    images = [str(picture) for picture in pictures_in(folder)]
     if not images:
         raise FacewrightError(f"{folder} holds no frames: PNG, JPEG, TIFF, BMP or WebP")
     if source.span is not None:

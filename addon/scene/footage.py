@@ -13,7 +13,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..engine import FacewrightError
+from ..engine import FacewrightError, pictures_in
 from . import video
 
 PICTURES = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp"}
@@ -99,7 +99,7 @@ def load(path: str) -> bpy.types.MovieClip:
     if not place.exists():
         raise FacewrightError(f"{path} does not exist: choose the clip again")
     if place.is_dir():
-        images = sorted(p for p in place.iterdir() if p.suffix.lower() in PICTURES)
+        images = pictures_in(place)
         if not images:
             raise FacewrightError(f"{path} holds no frames: PNG, JPEG, TIFF, BMP or WebP")
         place = images[0]

@@ -159,3 +159,11 @@ def test_the_program_runs(tmp_path: Path) -> None:
     assert facewright.run(["calibrate", str(tmp_path), "--quiet", "-o", str(tmp_path / "camera.json")]) == 1
     assert facewright.run(["board", "--inner", "1x1"]) == 2
     assert not (tmp_path / "camera.json").exists()
+
+
+def test_pictures_of_a_folder_are_in_their_natural_order_without_hidden_ones(tmp_path: Path) -> None:
+    for name in ["f10.png", "f9.png", "._f9.png", "notes.txt"]:
+        (tmp_path / name).touch()
+    assert [picture.name for picture in facewright.pictures_in(tmp_path)] == ["f9.png", "f10.png"]
+    with pytest.raises(facewright.FacewrightError):
+        facewright.pictures_in(tmp_path / "none")

@@ -69,7 +69,7 @@ pub use error_group::ErrorGroup;
 pub use faces::{FaceFrame, Faces, Look, find_faces};
 pub use files::{check_folder, write_drawing, write_json, write_text};
 pub use formats::Schema;
-pub use frames::{Frame, FrameSet, RigFrames};
+pub use frames::{Frame, FrameSet, RigFrames, pictures_in};
 pub use given::Given;
 pub use method::Method;
 pub use on_rig::reconstruct_on_rig;

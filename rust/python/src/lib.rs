@@ -29,6 +29,12 @@ fn check_folder(folder: PathBuf) -> PyResult<()> {
     facewright::check_folder(&folder).map_err(|e| raise(&e))
 }
 
+/// The pictures of a folder, in the order in which they are taken for frames; hidden files are none.
+#[pyfunction]
+fn pictures_in(folder: PathBuf) -> PyResult<Vec<PathBuf>> {
+    facewright::pictures_in(&folder).map_err(|e| raise(&e))
+}
+
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     options::add(module)?;
@@ -39,6 +45,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<reconstruction::Reconstruction>()?;
     module.add_function(wrap_pyfunction!(version, module)?)?;
     module.add_function(wrap_pyfunction!(check_folder, module)?)?;
+    module.add_function(wrap_pyfunction!(pictures_in, module)?)?;
     module.add_function(wrap_pyfunction!(cameras::save_board, module)?)?;
     module.add_function(wrap_pyfunction!(cameras::calibrate, module)?)?;
     module.add_function(wrap_pyfunction!(cameras::calibrate_rig, module)?)?;

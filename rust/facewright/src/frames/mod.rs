@@ -215,12 +215,20 @@ fn join(inputs: &[PathBuf]) -> String {
 }
 
 /// The pictures of a folder in their natural order; hidden files are none.
-fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, FacewrightError> {
+///
+/// # Errors
+/// [`FacewrightError::Read`] for a folder that cannot be read.
+pub fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, FacewrightError> {
     let entries = std::fs::read_dir(folder).map_err(|e| unreadable(folder, &e))?;
     let mut paths: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();
-    paths.retain(|p| is(p, &PICTURES) && !is_hidden(p));
+    paths.retain(|path| is_picture(path));
     paths.sort_by_cached_key(|path| natural(&path.file_name().unwrap_or_default().to_string_lossy()));
     Ok(paths)
+}
+
+/// Of what a folder or a pattern gives; a file that is named itself is taken for what it is.
+fn is_picture(path: &Path) -> bool {
+    is(path, &PICTURES) && !is_hidden(path)
 }
 
 /// As systems hide what is not for people: macOS puts a `._frame.jpg` beside each picture on foreign volumes.
@@ -247,7 +255,7 @@ fn matching(pattern: &Path) -> Option<Result<Vec<PathBuf>, FacewrightError>> {
     let text = pattern.to_str().filter(|text| text.contains(['*', '?']) && !pattern.exists())?;
     let found = glob::glob(text).map_err(|e| unreadable(pattern, &e));
     Some(found.map(|paths| {
-        let mut paths: Vec<PathBuf> = paths.filter_map(Result::ok).filter(|p| is(p, &PICTURES)).collect();
+        let mut paths: Vec<PathBuf> = paths.filter_map(Result::ok).filter(|path| is_picture(path)).collect();
         paths.sort_by_cached_key(|path| natural(&path.to_string_lossy()));
         paths
     }))
@@ -330,6 +338,7 @@ mod tests {
         };
         assert_eq!(names(&[folder.path().to_owned()]), ["F2", "f1", "f9", "f10"]);
         assert_eq!(names(&[folder.path().join("f*.png")]), ["f1", "f9", "f10"]);
+        assert_eq!(names(&[folder.path().join("*.png")]), ["F2", "f1", "f9", "f10"]);
         let clip = folder.path().join("clip.mp4");
         std::fs::create_dir(&clip).unwrap();
         picture().save(clip.join("one.png")).unwrap();

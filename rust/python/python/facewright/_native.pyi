@@ -1,3 +1,4 @@
+import pathlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
@@ -912,6 +913,9 @@ class TextureReport:
 
 def version() -> str:
     """Version of the library."""
+
+def pictures_in(folder: Path) -> list[pathlib.Path]:
+    """The pictures of a folder, in the order in which they are taken for frames; hidden files are none."""
 
 def check_folder(folder: Path) -> None:
     """Raise OutputError when a result folder cannot be written; nothing is left behind."""
