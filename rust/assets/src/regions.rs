@@ -5,23 +5,17 @@
 //!
 //! Frames show the face; cranium and neck are mostly hair and collar. The class spends its components accordingly.
 
-use geometry::Vec3;
+use geometry::{Vec3, smooth_step};
 use head::{Part, part};
-
-/// 0 below `low`, 1 above `high`, smooth between.
-fn smoothstep(x: f64, low: f64, high: f64) -> f64 {
-    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
-}
 
 /// 1 on the face from hairline to chin and on to the ears, 0 behind; positions in the head frame.
 fn face(p: &Vec3) -> f64 {
-    smoothstep(p.z, -0.11, -0.06) * smoothstep(p.y, -0.15, -0.12) * (1.0 - smoothstep(p.y, 0.06, 0.10))
+    smooth_step(-0.11, -0.06, p.z) * smooth_step(-0.15, -0.12, p.y) * (1.0 - smooth_step(0.06, 0.10, p.y))
 }
 
 /// 0 on the neck, 1 on the rest of the head.
 fn skull(p: &Vec3) -> f64 {
-    smoothstep(p.y, -0.15, -0.11)
+    smooth_step(-0.15, -0.11, p.y)
 }
 
 /// What each vertex counts when heads are laid over one another: skin of skull and face.

@@ -4,8 +4,7 @@
 use crate::camera::starting_camera;
 use crate::clock::Clock;
 use crate::faces::{Clip, KnownHead, median};
-use crate::head::unseen::replace_unseen;
-use crate::head::{Measured, MeasuredFrame, eyes, features, paper, shape};
+use crate::head::{Measured, MeasuredFrame, eyes, paper, rest, shape};
 use crate::motion::{Rig, solve_on_films};
 use crate::reason::Told;
 use crate::texture::{make_textures, paper_eyes, plain};
@@ -138,8 +137,7 @@ pub(crate) fn run(
     };
     aligning.stage("features")?;
     if options.method == Method::Default {
-        measured.positions = replace_unseen(head, &measured.positions, &measured.points);
-        measured.positions = features::align(&clip, &measured)?;
+        measured.positions = rest::finish(&clip, &measured)?;
         clock.lap("features");
     }
     aligning.step(1, 3)?;

@@ -7,8 +7,9 @@
 //! - [`face_mesh`]: the numbering of the 468 landmarks.
 //! - [`mesh`]: triangles, quads, normals, closest points.
 //! - [`least_squares`]: robust losses and a dense Levenberg–Marquardt driver.
+//! - [`SmoothField`]: vectors between scattered values, zero far from them.
 //! - [`rbf`]: affine + radial basis function warps (paper, eq. 8–10).
-//! - [`median`], [`SplitMix64`]: the middle of numbers, and random bits.
+//! - [`median`], [`smooth_step`], [`SplitMix64`]: the middle of numbers, a soft threshold, random bits.
 //! - [`Progress`]: what a long loop reports to, and how it is cancelled.
 //!
 //! # Conventions
@@ -20,21 +21,25 @@
 mod board;
 mod camera;
 pub mod face_mesh;
+mod field;
 pub mod least_squares;
 mod median;
 pub mod mesh;
 mod progress;
 pub mod rbf;
 mod similarity;
+mod smooth_step;
 mod split_mix;
 mod transform;
 mod undistort;
 
 pub use board::{Board, Pattern};
 pub use camera::{Camera, CameraError, CameraJacobian};
+pub use field::SmoothField;
 pub use median::median;
 pub use progress::{Cancelled, Progress, ProgressSnapshot};
 pub use similarity::Similarity;
+pub use smooth_step::smooth_step;
 pub use split_mix::SplitMix64;
 pub use transform::{Transform, skew};
 pub use undistort::{Pinhole, PixelMap};

@@ -27,15 +27,6 @@ const SUNK: f64 = -5e-4;
 /// Lashes follow the lid within this, metres: they must not part from it.
 const LASH_REACH: f64 = 8e-3;
 
-/// What the frames say of an iris.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct IrisObservation {
-    /// Its centre, head frame, metres.
-    pub centre: Vec3,
-    /// Its radius, metres.
-    pub radius: f64,
-}
-
 /// How to fit eyeballs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EyeOptions {
@@ -68,23 +59,24 @@ pub struct EyeFit {
     pub iris_radius: f64,
 }
 
-/// Fits both eyeballs, left one first, to a person's skin (`positions`: all vertices of the generic head's topology). People's
-/// eyes are of one size and look the same way: what the irises say of both is averaged.
+/// Fits both eyeballs, left one first, to a person's skin (`positions`: all vertices of the generic head's topology). `irises` are the
+/// radii of the irises that were seen, metres: people's eyes are of one size, and what the irises say of both is averaged. At rest both
+/// look straight ahead: where a person looks while filmed is the camera or a screen, and no rest.
 ///
 /// # Errors
 /// [`HeadError::Topology`] for another number of vertices, [`HeadError::Degenerate`] where there is no socket.
 pub fn fit_eyes(
     generic: &GenericHead,
     positions: &[Vec3],
-    irises: &[Option<IrisObservation>; 2],
+    irises: &[Option<f64>; 2],
     options: &EyeOptions,
 ) -> Result<[EyeFit; 2], HeadError> {
     same_topology(generic, positions)?;
     let weights = control_weights(generic);
     let warp = LocalWarp::new(&generic.positions, positions, &weights);
     let seen = || irises.iter().flatten();
-    let measured = seen().map(|iris| iris.radius / options.iris_radius).sum::<f64>() / seen().count().max(1) as f64;
-    let fit = |side: usize| -> Result<(EyeFit, Option<Vec3>), HeadError> {
+    let measured = seen().map(|radius| radius / options.iris_radius).sum::<f64>() / seen().count().max(1) as f64;
+    let fit = |side: usize| -> Result<EyeFit, HeadError> {
         let eye = eyeball(generic, side)?;
         let (centre, radius) = ball(&generic.positions, eye);
         let local = warp.at(&centre);
@@ -94,15 +86,9 @@ pub fn fit_eyes(
         let own = options.radius * size;
         let centre = deepest(&lids, &local.position, &forward, own + options.clearance)
             .ok_or_else(|| HeadError::Degenerate { place: eye.name.clone() })?;
-        let looks = irises[side].and_then(|iris| gaze_at(&iris.centre, &centre, &forward));
-        Ok((EyeFit { centre, radius: own, gaze: forward, iris_radius: options.iris_radius * size }, looks))
+        Ok(EyeFit { centre, radius: own, gaze: Vec3::z(), iris_radius: options.iris_radius * size })
     };
-    let ((mut left, left_looks), (mut right, right_looks)) = (fit(0)?, fit(1)?);
-    let common: Vec3 = [left_looks, right_looks].into_iter().flatten().sum();
-    if let Some(gaze) = common.try_normalize(1e-9) {
-        (left.gaze, right.gaze) = (gaze, gaze);
-    }
-    Ok([left, right])
+    Ok([fit(0)?, fit(1)?])
 }
 
 /// Puts the eyeballs where they were fitted and tucks the hidden skin of the sockets under their surfaces.
@@ -182,12 +168,6 @@ fn deepest(lids: &[Vec3], start: &Vec3, forward: &Vec3, reach: f64) -> Option<Ve
     };
     let limit = lids.iter().filter_map(touch).fold(f64::INFINITY, f64::min);
     limit.is_finite().then(|| start + forward * limit)
-}
-
-/// Direction to the iris, unless it is farther off than eyes can turn.
-fn gaze_at(iris: &Vec3, centre: &Vec3, forward: &Vec3) -> Option<Vec3> {
-    let gaze = (iris - centre).try_normalize(1e-6)?;
-    (gaze.dot(forward) > 0.8).then_some(gaze)
 }
 
 /// Visible skin that lies on the front of the generic eyeball.
@@ -277,21 +257,30 @@ mod tests {
                 let clearance = |v: usize| (head[v] - eye.centre).norm() - eye.radius;
                 let least = lid_vertices(&generic, &centre, radius).map(clearance).fold(f64::INFINITY, f64::min);
                 assert!((least - options.clearance).abs() < 1e-6, "{least}");
-                assert!((0.8..=1.2).contains(&(eye.radius / options.radius)) && eye.gaze.z > 0.9);
+                assert!((0.8..=1.2).contains(&(eye.radius / options.radius)));
             }
             assert!(((eyes[0].centre - eyes[1].centre).norm() - 0.063).abs() < 0.008);
         }
     }
 
     #[test]
-    fn an_iris_gives_size_and_gaze() {
+    fn an_iris_gives_the_size_of_both_eyes() {
         let Some(generic) = asset() else { return };
         let plain = fit_eyes(&generic, &generic.positions, &[None; 2], &EyeOptions::default()).unwrap();
-        let centre = plain[0].centre + Vec3::new(0.003, 0.0, 0.0115);
-        let seen = [Some(IrisObservation { centre, radius: 0.0062 }), None];
+        let seen = [Some(0.0062), None];
         let eyes = fit_eyes(&generic, &generic.positions, &seen, &EyeOptions::default()).unwrap();
         assert!((eyes[0].iris_radius - 0.0062).abs() < 1e-12 && eyes[0].radius > plain[0].radius);
-        assert!(eyes[0].gaze.x > 0.2 && eyes[1].gaze == eyes[0].gaze && eyes[1].radius == eyes[0].radius);
+        assert_eq!(eyes[1].radius, eyes[0].radius);
+    }
+
+    #[test]
+    fn eyes_at_rest_look_straight_ahead() {
+        let Some(generic) = asset() else { return };
+        for seed in 0..4 {
+            let head = person(&generic, seed, 1.2, 6e-4);
+            let eyes = fit_eyes(&generic, &head, &[None; 2], &EyeOptions::default()).unwrap();
+            assert!(eyes.iter().all(|eye| eye.gaze == Vec3::z()));
+        }
     }
 
     #[test]

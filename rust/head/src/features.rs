@@ -10,6 +10,7 @@
 
 use crate::deform::{Carried, DeformOptions, Feature, carry};
 use crate::fit::FrameObservation;
+use crate::soft::firm_share;
 use crate::{GenericHead, HeadError};
 use geometry::face_mesh::{
     BROWS_LOWER, BROWS_UPPER, EYE_CONTOURS, LIPS_INNER_LOWER, LIPS_INNER_UPPER, LIPS_OUTER_LOWER, LIPS_OUTER_UPPER,
@@ -88,9 +89,23 @@ pub fn align_features(
         rest_sigma: 0.5 * options.expected,
         ..DeformOptions::default()
     };
-    let Carried { positions, .. } = carry(head, positions, &features, &deform)?;
-    Ok(positions)
+    let Carried { positions: moved, .. } = carry(head, positions, &features, &deform)?;
+    Ok(along_skin(head, positions, &normals, moved))
 }
+
+/// Skin that slides stays on the skin: what was measured across it is not lost. Only the edges of lids and lips, which end it, move as
+/// they are moved.
+fn along_skin(head: &GenericHead, before: &[Vec3], normals: &[Vec3], mut moved: Vec<Vec3>) -> Vec<Vec3> {
+    let share = firm_share(head, EDGES);
+    for v in head.skin().vertices.clone().filter(|&v| !head.cavity[v]) {
+        let step = moved[v] - before[v];
+        moved[v] -= normals[v] * (normals[v].dot(&step) * share[v]);
+    }
+    moved
+}
+
+/// Skin within the first of the edges of lids and lips is free to leave the surface, beyond the second it is not, metres.
+const EDGES: (f64, f64) = (0.001, 0.004);
 
 /// Fewer features than this say nothing.
 const LEAST_FEATURES: usize = 12;

@@ -7,6 +7,8 @@
 //! - [`features::align_features`]: lips, lids and brows slid to where the frames show them.
 //! - [`surface::SkinSurface`]: closest points on the skin.
 //! - [`transfer::KeyTransfer`]: all expression keys transferred to the person.
+//! - [`neutral::Rest`]: the face at rest. [`extend`], [`soft`], [`ears`]: what was not measured, lids and lips, ears in one piece.
+//! - [`unfold::unfold`]: no triangle turned over.
 //! - [`eyes`]: eyeballs fitted to sockets and irises; lashes, teeth and tongue. [`eyes_paper`]: the paper's eyes.
 //! - [`expressions::expressions`], [`visemes::viseme_keys`]: named sums of keys.
 //!
@@ -17,8 +19,10 @@
 
 pub mod contact;
 pub mod deform;
+pub mod ears;
 mod error;
 pub mod expressions;
+pub mod extend;
 pub mod eyes;
 pub mod eyes_paper;
 pub mod features;
@@ -27,10 +31,13 @@ mod format;
 mod generic;
 pub mod gradient;
 pub mod lips;
+pub mod neutral;
+pub mod soft;
 pub mod surface;
 #[cfg(test)]
 mod testing;
 pub mod transfer;
+pub mod unfold;
 pub mod visemes;
 pub mod warp;
 

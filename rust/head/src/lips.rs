@@ -8,7 +8,7 @@ use crate::eyes::rim_edges;
 use crate::transfer::control_weights;
 use crate::warp::LocalWarp;
 use crate::{GenericHead, HeadError};
-use geometry::{Vec3, mesh};
+use geometry::{Vec3, mesh, smooth_step};
 
 /// The rim of the mouth within this of lips that touch belongs to the slit, metres on the generic head.
 const CORNER: f64 = 0.015;
@@ -61,11 +61,6 @@ fn slit(generic: &GenericHead) -> (Vec<Vec3>, Vec<Vec3>) {
     let rim = rim_edges(generic).into_iter().flatten().map(place).filter(|p| distance(&contacts, p) < CORNER);
     let slit = contacts.iter().copied().chain(rim).collect();
     (contacts, slit)
-}
-
-fn smooth_step(from: f64, to: f64, x: f64) -> f64 {
-    let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@
 //! An eye's picture is azimuthal about its gaze: the distance from the picture's middle is the angle from the gaze axis.
 //! Angles turn from the subject's left over up, as in the head frame.
 
-use geometry::Vec2;
+use geometry::{Vec2, smooth_step};
 use image::{RgbImage, Rgba, RgbaImage};
 
 /// Rings and sectors of the measured profile.
@@ -215,11 +215,6 @@ fn iris_colour(colours: &EyeColours, r: f64, angle: f64) -> [f64; 3] {
         (at(r0, s0, c) * (1.0 - fs) + at(r0, s1, c) * fs) * (1.0 - fr)
             + (at(r1, s0, c) * (1.0 - fs) + at(r1, s1, c) * fs) * fr
     })
-}
-
-fn smooth_step(from: f64, to: f64, x: f64) -> f64 {
-    let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
 }
 
 fn to_byte(value: f64) -> u8 {

@@ -4,8 +4,9 @@ use super::Measured;
 use crate::FacewrightError;
 use crate::faces::{Clip, median, yaw_pitch};
 use geometry::{Transform, Vec3};
-use head::eyes::{EyeFit, EyeOptions, IrisObservation, carry_parts, fit_eyes, place_eyes};
+use head::eyes::{EyeFit, EyeOptions, carry_parts, fit_eyes, place_eyes};
 use head::lips::close_lips;
+use head::unfold::unfold;
 use motion::triangulate::triangulate;
 
 /// Frames turned further than this do not tell where the gaze usually is, degrees.
@@ -21,9 +22,10 @@ pub struct Eyes {
 
 /// Closes the lips, fits the eyeballs and takes lashes, teeth and tongue along.
 pub fn finish(clip: &Clip, measured: &mut Measured) -> Result<Eyes, FacewrightError> {
-    let irises = [0, 1].map(|side| iris_in_head(clip, measured, side));
+    let irises = [0, 1].map(|side| iris_radius(clip, measured, side));
     let (head, positions) = (clip.head, &mut measured.positions);
     close_lips(head, positions)?;
+    unfold(head, positions);
     carry_parts(head, positions)?;
     let fits = fit_eyes(head, positions, &irises, &EyeOptions::default())?;
     let open = positions.clone();
@@ -31,9 +33,9 @@ pub fn finish(clip: &Clip, measured: &mut Measured) -> Result<Eyes, FacewrightEr
     Ok(Eyes { fits, open })
 }
 
-/// Where an iris is in the head, from the frames in which the person looks at about the same place of the head's own
-/// frame as usual: while the head turns, the gaze may stay on the camera, and then only near-frontal frames agree.
-fn iris_in_head(clip: &Clip, measured: &Measured, side: usize) -> Option<IrisObservation> {
+/// Radius of an iris, metres, from the frames in which the person looks at about the same place of the head's own frame as usual: while
+/// the head turns, the gaze may stay on the camera, and then only near-frontal frames agree on how far away it is.
+fn iris_radius(clip: &Clip, measured: &Measured, side: usize) -> Option<f64> {
     let camera = &measured.camera;
     let frontal = |pose: &Transform| yaw_pitch(pose).0.abs().to_degrees() < FRONTAL_DEG;
     let (mut rays, mut diameters) = (Vec::new(), Vec::new());
@@ -45,5 +47,5 @@ fn iris_in_head(clip: &Clip, measured: &Measured, side: usize) -> Option<IrisObs
     }
     let found = triangulate(&rays)?;
     let depths = rays.iter().zip(&diameters).map(|((pose, _), d)| d * pose.apply(&found.point).z);
-    Some(IrisObservation { centre: found.point, radius: median(depths) })
+    Some(median(depths))
 }

@@ -2,12 +2,14 @@
 //!
 //! - [`shape`]: from a motion's points and the landmarks, by the class of heads and a free deformation; [`paper`] is the paper's way
 //!   to the same.
-//! - [`unseen`]: what no frame measured; [`features`]: lips, lids and brows where the frames show them; [`eyes`]: lips closed, eyeballs
-//!   fitted; [`paper_eyes`]: the paper's eyes instead.
+//! - [`rest`]: the shape as filmed at rest and whole: [`unseen`] is what no frame measured, [`features`] are lips, lids and brows where the
+//!   frames show them.
+//! - [`eyes`]: lips closed, eyeballs fitted; [`paper_eyes`]: the paper's eyes instead.
 
 pub mod eyes;
 pub mod features;
 pub mod paper;
+pub mod rest;
 pub mod shape;
 pub mod unseen;
 

@@ -82,7 +82,9 @@ pub fn fit_cloud(
     progress.stage("fitting the head to the points")?;
     let seen: Vec<FrameObservation> = frames.iter().map(|f| f.seen.clone()).collect();
     let context = Context::new(head, *camera, &seen, options)?;
-    let fit = CloudFit { context, camera: *camera, frames, cloud, expressions: fitted_expressions(frames, start) };
+    let keys = context.shape.keys.iter().map(|&k| start.shared_expression[k]).collect();
+    let fit =
+        CloudFit { context, camera: *camera, frames, cloud, expressions: fitted_expressions(frames, start), keys };
     let mut state = fit.start(start)?;
     let mut damping = 1e-4;
     for iteration in 0..ITERATIONS {
@@ -116,6 +118,8 @@ struct CloudFit<'a> {
     cloud: &'a [CloudPoint],
     /// Each frame's own expression, all keys.
     expressions: Vec<Vec<f64>>,
+    /// What all frames share of the fitted keys, as the landmarks have it.
+    keys: Vec<f64>,
 }
 
 /// A point and the plane it should lie in.
@@ -147,9 +151,7 @@ impl CloudFit<'_> {
         let pairs: Vec<(Transform, Transform)> = self.frames.iter().filter_map(pose).collect();
         let mut cloud_from_head = Similarity::of_poses(&pairs).ok_or(HeadError::NoFace)?;
         cloud_from_head.scale *= start.scale;
-        let shape = &self.context.shape;
-        let keys = shape.keys.iter().map(|&k| start.shared_expression[k]);
-        let coefficients: Vec<f64> = start.coefficients.iter().copied().chain(keys).collect();
+        let coefficients: Vec<f64> = start.coefficients.iter().chain(&self.keys).copied().collect();
         let slips = self
             .context
             .landmarks
@@ -157,6 +159,19 @@ impl CloudFit<'_> {
             .iter()
             .flat_map(|l| l.tangents.map(|t| t.dot(&start.slips[l.index]) / start.scale));
         Ok(State { coefficients, cloud_from_head, slips: slips.collect() })
+    }
+
+    /// Standard deviations of the coefficients about what they are expected to be.
+    fn sigmas(&self) -> Vec<f64> {
+        let mut sigmas = self.context.sigmas();
+        sigmas[self.context.shape.identity..].fill(self.context.options.cloud_expression_sigma);
+        sigmas
+    }
+
+    /// How far the coefficients are from what they are expected to be: the mean person, with the landmarks' expression.
+    fn unexpected(&self, state: &State) -> Vec<f64> {
+        let (identity, keys) = state.coefficients.split_at(self.context.shape.identity);
+        identity.iter().copied().chain(keys.iter().zip(&self.keys).map(|(key, expected)| key - expected)).collect()
     }
 
     /// Wide at first, the option's in the end.
@@ -209,7 +224,7 @@ impl CloudFit<'_> {
             rows.push(&plane.foot.gradient(&by_place), by_similarity.as_slice(), residual, robust / sigma2, loss);
         }
         let mut system = assemble(&self.context.landmarks, &sums, &rows);
-        system.add_priors(&state.coefficients, &self.context.sigmas(), &state.slips, &self.context.slip_precision);
+        system.add_priors(&self.unexpected(state), &self.sigmas(), &state.slips, &self.context.slip_precision);
         system
     }
 
@@ -268,7 +283,7 @@ impl CloudFit<'_> {
         let frames: Vec<f64> = (0..self.frames.len()).into_par_iter().map(frame).collect();
         frames.iter().sum::<f64>()
             + terms.planes.iter().map(plane).sum::<f64>()
-            + prior_cost(&state.coefficients, &self.context.sigmas(), &state.slips, &self.context.slip_precision)
+            + prior_cost(&self.unexpected(state), &self.sigmas(), &state.slips, &self.context.slip_precision)
     }
 
     /// Where a landmark is in the head frame, slip and the frame's own expression included.

@@ -50,6 +50,9 @@ pub struct FitOptions {
     pub identity_sigma: f64,
     /// Standard deviation of the expression keys' shared part, which serves as shape.
     pub shared_expression_sigma: f64,
+    /// How far points may move those from what the landmarks say ([`fit_cloud`]): wider, and brows, lids and lips are bent to what the
+    /// class of heads lacks elsewhere.
+    pub cloud_expression_sigma: f64,
     /// Size of a single frame's expression that is still ordinary.
     pub expression_sigma: f64,
     /// Factor on the anchors' standard deviations.
@@ -89,6 +92,7 @@ impl Default for FitOptions {
         Self {
             identity_sigma: 1.8,
             shared_expression_sigma: 0.3,
+            cloud_expression_sigma: 0.1,
             expression_sigma: 0.1,
             slip_scale: 1.0,
             slip_common: 0.7,
