@@ -46,7 +46,18 @@ pub fn close_lips(generic: &GenericHead, positions: &mut [Vec3]) -> Result<(), H
             positions[v] = before[v].lerp(&(warp.at(place).position + up * seal), follow);
         }
     }
+    meet(generic, &warp, positions);
     Ok(())
+}
+
+/// Vertices that touch lie by one another as they do on the generic head: a face that is sheared where its lips meet would part them, or
+/// push one through the other.
+fn meet(generic: &GenericHead, warp: &LocalWarp<'_>, positions: &mut [Vec3]) {
+    for [a, b] in generic.lip_contacts.iter().map(|pair| pair.map(|v| v as usize)) {
+        let (middle, apart) = (positions[a].lerp(&positions[b], 0.5), generic.positions[a] - generic.positions[b]);
+        let half = apart * (0.5 * warp.at(&generic.positions[a]).scale);
+        (positions[a], positions[b]) = (middle + half, middle - half);
+    }
 }
 
 /// Distance from the nearest of some points.
@@ -69,6 +80,7 @@ mod tests {
     use crate::eyes::carry_parts;
     use crate::part;
     use crate::testing::{asset, person};
+    use geometry::median;
 
     /// Lines of sight from in front, one per half millimetre, that meet a tooth before the skin.
     fn teeth_seen(generic: &GenericHead, positions: &[Vec3]) -> usize {
@@ -141,5 +153,17 @@ mod tests {
         let far = |v: &usize| distance(&slit, &generic.positions[*v]) > KEEPS;
         assert!((0..person.len()).filter(far).all(|v| person[v] == closed[v]));
         assert!(close_lips(&generic, &mut closed[1..]).is_err());
+    }
+
+    #[test]
+    fn lips_of_a_sheared_face_touch_as_the_generic_heads_do() {
+        let Some(generic) = asset() else { return };
+        let mut sheared: Vec<Vec3> =
+            generic.positions.iter().map(|p| p + Vec3::new(0.0, 0.4 * (p.z - 0.03) + 0.1 * p.x, 0.0)).collect();
+        close_lips(&generic, &mut sheared).unwrap();
+        let apart = |of: &[Vec3]| {
+            median(generic.lip_contacts.iter().map(|[a, b]| (of[*a as usize] - of[*b as usize]).y)).unwrap()
+        };
+        assert!((apart(&sheared) - apart(&generic.positions)).abs() < 1e-4, "{}", apart(&sheared));
     }
 }

@@ -8,6 +8,8 @@ use crate::GenericHead;
 use geometry::{Similarity, Vec3, mesh};
 use std::collections::BTreeSet;
 
+/// A triangle turned against the generic one by more than this is as good as turned over, cosine: 84 degrees.
+const LEAST_COSINE: f64 = 0.1;
 /// Most often that corners are moved: folds of the size of an eye are smooth by then.
 const ROUNDS: usize = 40;
 
@@ -19,7 +21,10 @@ pub fn unfold(generic: &GenericHead, positions: &mut [Vec3]) -> usize {
     let rings = mesh::neighbours(generic.positions.len(), &edges);
     let mut folded = BTreeSet::new();
     for _ in 0..ROUNDS {
-        let back = |t: &&[u32; 3]| mesh::area_normal(&form, t).dot(&mesh::area_normal(positions, t)) < 0.0;
+        let back = |t: &&[u32; 3]| {
+            let (wanted, found) = (mesh::area_normal(&form, t), mesh::area_normal(positions, t));
+            wanted.dot(&found) < LEAST_COSINE * wanted.norm() * found.norm()
+        };
         folded = triangles.iter().filter(back).flatten().copied().collect();
         if folded.is_empty() {
             break;
