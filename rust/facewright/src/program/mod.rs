@@ -38,6 +38,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use geometry::Progress;
 use serde::Serialize;
 use std::ffi::OsString;
+use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -117,24 +118,36 @@ pub fn run(program: &str, arguments: impl IntoIterator<Item = OsString>, progres
     let arguments = match parse(program, arguments) {
         Ok(arguments) => arguments,
         Err(error) => {
-            // Where nothing can be printed there is nobody to tell.
-            let _ = error.print();
-            return u8::try_from(error.exit_code()).unwrap_or(2);
+            let code = u8::try_from(error.exit_code()).unwrap_or(2);
+            return printed(error.print(), code);
         }
     };
     let watch = watch::Watch::start(progress, !arguments.quiet);
     let outcome = arguments.execute(progress);
     watch.stop();
     match outcome {
-        Ok(summary) => {
-            summary.print(arguments.json);
-            0
-        }
+        Ok(summary) => printed(summary.print(arguments.json, &mut std::io::stdout().lock()), 0),
         Err(error) => {
-            eprintln!("facewright: {error}");
+            complain(&error);
             1
         }
     }
+}
+
+/// The exit code of what was to be printed. One who closed the pipe has read enough.
+fn printed(outcome: std::io::Result<()>, code: u8) -> u8 {
+    match outcome {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            complain(&format_args!("standard output cannot be written to: {error}"));
+            code.max(1)
+        }
+        _ => code,
+    }
+}
+
+fn complain(sentence: &dyn std::fmt::Display) {
+    // Where nothing can be printed there is nobody to tell.
+    let _ = writeln!(std::io::stderr(), "facewright: {sentence}");
 }
 
 /// The program; Ctrl-C cancels what runs.

@@ -1,6 +1,7 @@
 //! What a command says when it is done.
 
 use serde_json::Value;
+use std::io::Write;
 
 /// A sentence for people, and the result for programs.
 #[derive(Clone, Debug)]
@@ -12,10 +13,14 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Prints the sentence, or the JSON.
-    #[expect(clippy::print_stdout, reason = "the program's own output")]
-    pub(super) fn print(&self, as_json: bool) {
-        if as_json { println!("{}", self.json) } else { println!("{}", self.text) }
+    /// Writes the sentence, or the JSON, as a line.
+    pub(super) fn print(&self, as_json: bool, to: &mut impl Write) -> std::io::Result<()> {
+        if as_json {
+            writeln!(to, "{}", self.json)?
+        } else {
+            writeln!(to, "{}", self.text)?
+        }
+        to.flush()
     }
 }
 
