@@ -36,8 +36,8 @@ impl fmt::Display for Grid {
 
 impl Grid {
     fn parse(text: &str) -> Option<Self> {
-        let (columns, rows) = text.split_once('x')?;
-        Some(Self { columns: columns.parse().ok()?, rows: rows.parse().ok()? })
+        let (columns, rows) = text.split_once(['x', 'X', '×', '*', ':'])?;
+        Some(Self { columns: columns.trim().parse().ok()?, rows: rows.trim().parse().ok()? })
     }
 
     fn is_at_least(&self, least: u32) -> bool {
@@ -144,6 +144,9 @@ mod tests {
     #[test]
     fn sizes_are_columns_and_rows() {
         assert_eq!(inner("9x6"), Ok(Grid { columns: 9, rows: 6 }));
+        for lenient in ["9X6", "9×6", "9 x 6", " 9x6 ", "9*6"] {
+            assert_eq!(inner(lenient), inner("9x6"), "{lenient}");
+        }
         assert!(["9", "9x", "2x6", "x6", "9x6x3"].iter().all(|wrong| inner(wrong).is_err()));
         assert!(squares("2x2").is_ok() && squares("1x4").is_err());
     }
