@@ -3,7 +3,10 @@
 use crate::environment::{BLENDER_4_5, BLENDER_5_0, Environment};
 use crate::gltf::gltf;
 use crate::run::{cargo, root, run, say};
-use crate::{addon, compile, generic_head, gui};
+use crate::{addon, compile, generic_head, gui, wheel};
+
+/// Tests of the library as Python sees it.
+const LIBRARY: &str = "tests/python";
 
 /// Every test: Rust, glTF, Python, Blender 4.5 and 5.0; Blender 4.3 in a real window if wanted.
 pub fn test(window: bool) -> anyhow::Result<()> {
@@ -14,7 +17,7 @@ pub fn test(window: bool) -> anyhow::Result<()> {
     gltf(&assets)?;
     let zip = addon::build()?;
     say("Python");
-    pytest(&BLENDER_5_0, "tests/python", &zip)?;
+    pytest(&BLENDER_5_0, LIBRARY, &zip)?;
     for environment in [&BLENDER_5_0, &BLENDER_4_5] {
         say(&format!("Blender {}", environment.version()));
         pytest(environment, "tests/blender", &zip)?;
@@ -25,6 +28,10 @@ pub fn test(window: bool) -> anyhow::Result<()> {
 fn pytest(environment: &Environment, folder: &str, zip: &std::path::Path) -> anyhow::Result<()> {
     let mut python = environment.python()?;
     python.args(["-m", "pytest", "-q", "-p", "no:cacheprovider", folder]);
+    // The package that the add-on's wheel was packed from; Blender's tests take the one in the add-on.
+    if folder == LIBRARY {
+        python.env("PYTHONPATH", wheel::package().with_file_name(""));
+    }
     run(python.env("FACEWRIGHT_ZIP", zip).env("FACEWRIGHT_ROOT", root()))
 }
 
