@@ -3,6 +3,9 @@
 import copy
 import inspect
 import pickle
+import shutil
+import signal
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -131,6 +134,23 @@ def test_a_job_tells_how_far_it_is(tmp_path: Path) -> None:
     assert isinstance(stage, str) and 0.0 <= fraction <= 1.0 and (left is None or left >= 0.0)
     with pytest.raises(facewright.InputError, match="no pictures"):
         job.result()
+
+
+def test_an_interrupt_cancels_a_job_while_its_result_is_waited_for(tmp_path: Path) -> None:
+    film, ffmpeg = tmp_path / "film.mp4", shutil.which("ffmpeg")
+    if ffmpeg is None or not hasattr(signal, "setitimer"):
+        pytest.skip("needs ffmpeg to make a film, and a timer")
+    make = [ffmpeg, "-nostdin", "-loglevel", "error", "-f", "lavfi", "-i", "testsrc2=s=1280x720:r=30:d=20"]
+    subprocess.run([*make, "-c:v", "mpeg4", "-q:v", "31", str(film)], check=True)
+    before = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    try:
+        job = facewright.calibrate([film])
+        signal.setitimer(signal.ITIMER_REAL, 0.5)
+        with pytest.raises(KeyboardInterrupt):
+            job.result()
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert job.progress()[1] < 1.0 and job.finished()
 
 
 def test_a_command_line_becomes_files_and_options() -> None:

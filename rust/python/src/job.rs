@@ -11,6 +11,10 @@ use serde::Serialize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, PoisonError};
 use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// How often it is looked whether a job has ended or is interrupted.
+const POLL: Duration = Duration::from_millis(10);
 
 /// What a job makes.
 pub enum Output {
@@ -99,9 +103,17 @@ impl Job {
         self.progress.cancel();
     }
 
-    /// Wait for the result. Raises FacewrightError, or Cancelled. Call once.
+    /// Wait for the result. Raises FacewrightError, or Cancelled. Call once. An interrupt cancels the work.
     fn result(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let thread = self.take().ok_or_else(|| PyRuntimeError::new_err("the result has already been taken"))?;
+        let mut interrupted = Ok(());
+        while !thread.is_finished() {
+            py.detach(|| std::thread::sleep(POLL));
+            if interrupted.is_ok() {
+                interrupted = py.check_signals().inspect_err(|_| self.progress.cancel());
+            }
+        }
+        interrupted?;
         let outcome = py.detach(|| thread.join().ok().flatten());
         match outcome {
             Some(Ok(output)) => output.into_python(py),

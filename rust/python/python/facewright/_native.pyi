@@ -205,7 +205,7 @@ class Job(Generic[T]):
         """Ask the work to stop; it does within a fraction of a second."""
 
     def result(self) -> T:
-        """Wait for the result. Raises FacewrightError, or Cancelled. Call once."""
+        """Wait for the result. Raises FacewrightError, or Cancelled. Call once. An interrupt cancels the work."""
 
 class Reconstruction:
     """A head on the generic head's topology; head frame (x the subject's left, y up, z out of the face), metres."""
