@@ -27,27 +27,89 @@ pub enum FacewrightError {
         /// What was given.
         input: String,
     },
+    /// A folder of pictures of kinds that are not read.
+    #[error("{input} holds {kind} pictures, which are not read here: {remedy}")]
+    ForeignPictures {
+        /// The folder.
+        input: String,
+        /// Their kind.
+        kind: &'static str,
+        /// What to do with them.
+        remedy: &'static str,
+    },
+    /// A folder of videos, and no pictures.
+    #[error("{input} holds no pictures but {video}, a video: give the video itself")]
+    VideoInFolder {
+        /// The folder.
+        input: String,
+        /// The first of them.
+        video: PathBuf,
+    },
     /// Pictures of different sizes.
     #[error(
-        "{name} is {width}x{height} but the frames before it are {first_width}x{first_height}: all frames must come from one camera at one size"
+        "of {frames} frames all must have one size, that of one camera, and these are not {width}x{height} as most are: {odd}"
     )]
     MixedSizes {
-        /// The odd one.
-        name: String,
-        /// Its width, pixels.
+        /// The odd ones, with their sizes.
+        odd: String,
+        /// Number of frames.
+        frames: usize,
+        /// Width of most frames, pixels.
         width: u32,
-        /// Its height, pixels.
+        /// Height of most frames, pixels.
         height: u32,
-        /// Width of the first frame, pixels.
-        first_width: u32,
-        /// Height of the first frame, pixels.
-        first_height: u32,
+    },
+    /// Pictures that would be written among those they are made from.
+    #[error("{folder} holds the originals themselves, which are never overwritten: give another folder to write to")]
+    OwnFolder {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A result and frames that have nothing to do with each other.
+    #[error("none of these frames is in {path}, whose frames are {first} to {last}: give the frames it was made from")]
+    OtherFrames {
+        /// The report.
+        path: PathBuf,
+        /// Name of its first frame.
+        first: String,
+        /// Name of its last frame.
+        last: String,
+    },
+    /// A lens that shows less than its picture.
+    #[error("the camera's lens {what}: calibrate again, or correct k1, k2, k3, p1 and p2 in its file")]
+    Lens {
+        /// What it does that no lens does.
+        what: String,
     },
     /// A video without a decoder.
     #[error("{path} is a video, and no ffmpeg was found on the PATH: install ffmpeg, or give the frames as images")]
     NoFfmpeg {
         /// The video.
         path: PathBuf,
+    },
+    /// A video whose frames find no room while they are read.
+    #[error(
+        "the frames of {path} do not fit into the temporary folder {folder}: make room there, or set {variable} to a folder with more"
+    )]
+    TemporaryFull {
+        /// The video.
+        path: PathBuf,
+        /// Where its frames were to be kept.
+        folder: PathBuf,
+        /// The variable that names the folder.
+        variable: &'static str,
+    },
+    /// A temporary folder in which nothing can be made.
+    #[error(
+        "the temporary folder {folder}, for the frames of videos, cannot be written to: {reason}. Set {variable} to another"
+    )]
+    NoTemporary {
+        /// The folder.
+        folder: PathBuf,
+        /// What the system said.
+        reason: String,
+        /// The variable that names the folder.
+        variable: &'static str,
     },
     /// Too few frames.
     #[error("only one frame: film the head while it turns to both sides, and give at least two frames")]
@@ -177,7 +239,7 @@ pub enum FacewrightError {
     },
     /// The generic head or the nets are missing.
     #[error(
-        "{path} is missing: run `cargo x head`, or set FACEWRIGHT_ASSETS to the folder that holds generic_head.safetensors.gz and nets/"
+        "{path} is missing: set FACEWRIGHT_ASSETS, or --assets, to the folder `assets` that came with Facewright; it holds generic_head.safetensors.gz and nets/"
     )]
     NoAssets {
         /// What was looked for.

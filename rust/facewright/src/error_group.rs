@@ -27,16 +27,21 @@ impl FacewrightError {
     /// What a caller can do about it.
     pub fn group(&self) -> ErrorGroup {
         match self {
-            Self::Read { .. } | Self::NoFrames { .. } | Self::MixedSizes { .. } | Self::NoResult { .. } => {
-                ErrorGroup::Input
-            }
-            Self::Write { .. } | Self::Drawing(_) => ErrorGroup::Output,
+            Self::Read { .. }
+            | Self::ForeignPictures { .. }
+            | Self::VideoInFolder { .. }
+            | Self::NoFrames { .. }
+            | Self::MixedSizes { .. }
+            | Self::OtherFrames { .. }
+            | Self::NoResult { .. } => ErrorGroup::Input,
+            Self::Write { .. } | Self::OwnFolder { .. } | Self::Drawing(_) => ErrorGroup::Output,
             Self::Option { .. }
             | Self::Board(_)
             | Self::NoSuchFrame { .. }
             | Self::Length { .. }
             | Self::Tracker(vision::track::TrackError::Window(_)) => ErrorGroup::Option,
             Self::OtherCamera { .. }
+            | Self::Lens { .. }
             | Self::TooFewBoards { .. }
             | Self::RigPictures { .. }
             | Self::RigCamera { .. }
@@ -47,7 +52,9 @@ impl FacewrightError {
             | Self::Calibrate(_)
             | Self::Rig(_) => ErrorGroup::Camera,
             Self::Faces { .. } | Self::Tracks { .. } | Self::OtherMotion { .. } | Self::NoPupils => ErrorGroup::Tracks,
-            Self::NoFfmpeg { .. } | Self::NoAssets { .. } => ErrorGroup::Setup,
+            Self::NoFfmpeg { .. } | Self::TemporaryFull { .. } | Self::NoTemporary { .. } | Self::NoAssets { .. } => {
+                ErrorGroup::Setup
+            }
             Self::Cancelled(_) => ErrorGroup::Cancelled,
             // What the pictures show was too little for one of the steps.
             _ => ErrorGroup::Film,

@@ -17,18 +17,41 @@ pub fn check_folder(folder: &Path) -> Result<(), FacewrightError> {
 
 /// Writes files into a folder, all or none. They are staged inside it: what is above it may belong to somebody else, or be another volume.
 pub(crate) fn write_together(folder: &Path, files: &[(impl AsRef<Path>, Vec<u8>)]) -> Result<(), FacewrightError> {
-    let made = Made::folder(folder)?;
-    let stage =
-        tempfile::Builder::new().prefix(".facewright-").tempdir_in(folder).map_err(|e| unwritable(folder, &e))?;
-    for (name, bytes) in files {
-        let path = stage.path().join(name);
-        std::fs::write(&path, bytes).map_err(|e| unwritable(&folder.join(name), &e))?;
+    let stage = Stage::inside(folder)?;
+    files.iter().try_for_each(|(name, bytes)| stage.write(name.as_ref(), bytes))?;
+    stage.put(files.iter().map(|(name, _)| name.as_ref()))
+}
+
+/// Files that are to appear in a folder together, and until then are none of it; dropped, they leave nothing.
+pub(crate) struct Stage<'f> {
+    folder: &'f Path,
+    // Emptied before what was made for it goes.
+    stage: tempfile::TempDir,
+    made: Made<'f>,
+}
+
+impl<'f> Stage<'f> {
+    /// Begins in a folder, which is made if it is missing.
+    pub(crate) fn inside(folder: &'f Path) -> Result<Self, FacewrightError> {
+        let made = Made::folder(folder)?;
+        let stage = tempfile::Builder::new().prefix(".facewright-").tempdir_in(folder);
+        Ok(Self { folder, stage: stage.map_err(|e| unwritable(folder, &e))?, made })
     }
-    for (name, _) in files {
-        std::fs::rename(stage.path().join(name), folder.join(name)).map_err(|e| unwritable(&folder.join(name), &e))?;
+
+    /// Writes one of the files.
+    pub(crate) fn write(&self, name: &Path, bytes: &[u8]) -> Result<(), FacewrightError> {
+        std::fs::write(self.stage.path().join(name), bytes).map_err(|e| unwritable(&self.folder.join(name), &e))
     }
-    made.keep();
-    Ok(())
+
+    /// Puts the files, all of which were written, into the folder.
+    pub(crate) fn put<'n>(self, mut names: impl Iterator<Item = &'n Path>) -> Result<(), FacewrightError> {
+        names.try_for_each(|name| {
+            let path = self.folder.join(name);
+            std::fs::rename(self.stage.path().join(name), &path).map_err(|e| unwritable(&path, &e))
+        })?;
+        self.made.keep();
+        Ok(())
+    }
 }
 
 /// Folders that were made for files which are not there yet; they go again unless they are kept.

@@ -7,7 +7,7 @@
     reason = "the helpers of tests are tests too, and what is skipped is said"
 )]
 
-use end_to_end::program;
+use end_to_end::{clip, program};
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, chown};
 use std::path::Path;
@@ -64,6 +64,49 @@ fn a_user_writes_into_their_home_and_is_told_where_they_may_not() {
     let sentence = String::from_utf8(said.stderr).unwrap();
     assert!(!said.status.success() && sentence.contains("Permission denied"), "{sentence}");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "the program and the home");
+}
+
+#[test]
+fn a_full_temporary_folder_is_named_with_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let (program, volume) = (copied(folder.path()), folder.path().join("tmp"));
+    fs::create_dir(&volume).unwrap();
+    let film = folder.path().join("film.mkv");
+    let source = "testsrc2=s=1280x720:r=10:d=3";
+    let mut make = Command::new("ffmpeg");
+    make.args(["-nostdin", "-loglevel", "error", "-f", "lavfi", "-i", source, "-c:v", "mpeg4"]).arg(&film);
+    if !can(Command::new("unshare").args(["--mount", "mount", "-t", "tmpfs", "none", "/mnt"])) || !can(&mut make) {
+        return;
+    }
+    let script = "mount -t tmpfs -o size=2m none \"$1\" && TMPDIR=\"$1\" \"$2\" calibrate \"$3\" -q -o \"$3.json\"; rc=$?; \
+        ls -A \"$1\"; exit $rc";
+    let mut command = Command::new("unshare");
+    command.args(["--mount", "sh", "-c", script, "sh"]).arg(&volume).arg(&program).arg(&film);
+    let said = command.output().unwrap();
+    let sentence = String::from_utf8_lossy(&said.stderr);
+    assert!(said.status.code() == Some(1) && said.stdout.is_empty(), "{said:?}");
+    assert!(sentence.contains("do not fit into the temporary folder") && sentence.contains("set TMPDIR"), "{sentence}");
+    assert_eq!(sentence.trim_end().lines().count(), 1, "{sentence}");
+}
+
+#[test]
+fn undistorted_pictures_that_find_no_room_leave_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let (program, volume) = (copied(folder.path()), folder.path().join("out"));
+    fs::create_dir(&volume).unwrap();
+    if !can(Command::new("unshare").args(["--mount", "mount", "-t", "tmpfs", "none", "/mnt"])) {
+        return;
+    }
+    let camera = folder.path().join("camera.json");
+    let numbers = r#"{"width": 400, "height": 300, "fx": 500, "fy": 500, "cx": 199.5, "cy": 149.5, "k1": -0.1}"#;
+    fs::write(&camera, numbers).unwrap();
+    let script = "mount -t tmpfs -o size=500k none \"$1\" && \"$2\" undistort \"$3\" --camera \"$4\" -q -o \"$1/new\"; rc=$?; \
+        ls -A \"$1\"; exit $rc";
+    let mut command = Command::new("unshare");
+    command.args(["--mount", "sh", "-c", script, "sh"]).arg(&volume).arg(&program);
+    let said = command.arg(clip().join("frames")).arg(&camera).output().unwrap();
+    assert!(said.status.code() == Some(1) && said.stdout.is_empty(), "{said:?}");
+    assert!(String::from_utf8_lossy(&said.stderr).contains("No space left"), "{said:?}");
 }
 
 #[test]

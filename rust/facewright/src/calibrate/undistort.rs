@@ -1,13 +1,16 @@
 //! Pictures without lens distortion.
 
 use crate::camera::starting_camera;
+use crate::files::{Stage, json_text, unwritable};
 use crate::frames::resampled;
-use crate::{FacewrightError, FrameSet, SourcedCamera, write_json};
+use crate::{FacewrightError, FrameSet, SourcedCamera};
 use clap::{Args, ValueEnum};
 use geometry::{Pinhole, Progress};
+use image::ImageFormat;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Which part of a picture is kept when its distortion is taken out.
@@ -43,7 +46,8 @@ pub struct UndistortOptions {
 }
 
 /// Writes each picture as PNG under its name, as a pinhole camera would have taken it, and that camera as `camera.json`; the
-/// camera is returned. Where the lens shows nothing, pixels are black.
+/// camera is returned. Where the lens shows nothing, pixels are black. All are written, or none, and never into the pictures' own
+/// folder.
 ///
 /// # Examples
 /// ```no_run
@@ -68,18 +72,23 @@ pub fn undistort(
     let lens = starting_camera(pictures, Some(camera))?.camera;
     let pinhole = lens.pinhole(options.keep.into());
     let map = lens.undistortion_map(&pinhole);
-    let write_error = |path: &Path, reason: String| FacewrightError::Write { path: path.to_owned(), reason };
-    std::fs::create_dir_all(folder).map_err(|e| write_error(folder, e.to_string()))?;
+    pictures.check_output(folder)?;
+    let stage = Stage::inside(folder)?;
+    let mut names: Vec<PathBuf> = pictures.frames.iter().map(|frame| format!("{}.png", frame.name).into()).collect();
     progress.stage("undistort")?;
     let done = AtomicUsize::new(0);
     (0..pictures.len()).into_par_iter().try_for_each(|i| {
         progress.step(done.fetch_add(1, Ordering::Relaxed), pictures.len())?;
         let picture = resampled(&pictures.load(i)?, &map);
-        let path = folder.join(&pictures.frames[i].name).with_extension("png");
-        picture.save(&path).map_err(|e| write_error(&path, e.to_string()))
+        let mut bytes = Vec::new();
+        let encoded = picture.write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png);
+        encoded.map_err(|e| unwritable(&folder.join(&names[i]), &e))?;
+        stage.write(&names[i], &bytes)
     })?;
     let pinhole = SourcedCamera { camera: pinhole, source: camera.source };
-    write_json(&folder.join("camera.json"), &pinhole)?;
+    names.push("camera.json".into());
+    stage.write(Path::new("camera.json"), json_text(&pinhole).as_bytes())?;
+    stage.put(names.iter().map(PathBuf::as_path))?;
     Ok(pinhole)
 }
 

@@ -5,17 +5,27 @@
 //! never stands in memory as a whole.
 
 mod films;
+mod folder;
+mod foreign;
+mod names;
 mod octave;
+mod picture;
 mod store;
 mod straight;
 mod video;
+mod whole;
 
 use crate::FacewrightError;
 use films::Film;
 pub use films::RigFrames;
+pub(crate) use folder::is_video;
+pub use folder::pictures_in;
 use geometry::Progress;
-use image::{DynamicImage, ImageDecoder, ImageReader, RgbImage, imageops};
+use image::metadata::Orientation;
+use image::{RgbImage, imageops};
 pub(crate) use octave::Octave;
+use picture::{Header, exif_focal, load_picture};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use store::Store;
@@ -23,11 +33,8 @@ pub(crate) use straight::resampled;
 use tempfile::TempDir;
 use vision::pyramid::Pyramid;
 
-const PICTURES: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "bmp", "webp"];
-const VIDEOS: [&str; 15] =
-    ["mp4", "mov", "avi", "mkv", "webm", "m4v", "mpg", "mpeg", "ogv", "mts", "m2ts", "wmv", "3gp", "flv", "gif"];
-/// Diagonal of a 36 × 24 mm film frame, to which "35 mm equivalent" focal lengths refer.
-const FILM_DIAGONAL_MM: f64 = 43.267;
+/// Times of the steps of opening, in parts: videos are decoded, headers are read.
+const PARTS: [f64; 2] = [0.9, 0.1];
 
 /// Room for decoded pictures, bytes …
 const PICTURES_ROOM: usize = 24 << 20;
@@ -37,10 +44,16 @@ const PYRAMIDS_ROOM: usize = 128 << 20;
 /// One picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Frame {
-    /// File name without extension.
+    /// File name without extension; with the folder or the extension where another frame has the same.
     pub name: String,
     /// Where it is.
     pub path: PathBuf,
+}
+
+impl Frame {
+    fn of((name, path): (String, PathBuf)) -> Self {
+        Self { name, path }
+    }
 }
 
 /// A pyramid as it was wanted.
@@ -63,6 +76,8 @@ pub struct FrameSet {
     pub exif_focal: Option<f64>,
     /// The films that the frames are of, one after the other.
     films: Vec<Film>,
+    /// How all are turned, where it is not as each of them says.
+    turn: Option<Orientation>,
     pictures: Store<RgbImage>,
     pyramids: Store<Halved>,
     _decoded: Vec<TempDir>,
@@ -74,49 +89,32 @@ impl FrameSet {
         progress.stage("frames")?;
         let mut paths = Vec::new();
         let mut decoded = Vec::new();
-        for input in inputs {
-            if is(input, &VIDEOS) && !input.is_dir() {
-                let folder = video::decode(input, paths.len())?;
+        let [reading, checking] = progress.split(&PARTS);
+        for (input, reading) in inputs.iter().zip(reading.split_evenly(inputs.len())) {
+            if is_video(input) {
+                let folder = video::decode(input, paths.len(), &reading)?;
                 paths.extend(pictures_in(folder.path())?);
                 decoded.push(folder);
-            } else if input.is_dir() {
-                paths.extend(pictures_in(input)?);
-            } else if let Some(matching) = matching(input) {
-                paths.extend(matching?);
             } else {
-                paths.push(input.clone());
+                paths.extend(folder::pictures_of(input)?);
             }
         }
-        let Some(first) = paths.first().cloned() else {
-            return Err(FacewrightError::NoFrames { input: join(inputs) });
-        };
-        let (width, height) = upright_size(&first)?;
-        let mut frames = Vec::with_capacity(paths.len());
-        for (i, path) in paths.iter().enumerate() {
-            progress.step(i, paths.len())?;
-            let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            let size = upright_size(path)?;
-            if size != (width, height) {
-                let (first_width, first_height) = (width, height);
-                return Err(FacewrightError::MixedSizes {
-                    name,
-                    width: size.0,
-                    height: size.1,
-                    first_width,
-                    first_height,
-                });
-            }
-            frames.push(Frame { name, path: path.clone() });
+        let frames: Vec<Frame> = names::distinct(&paths).into_iter().zip(paths).map(Frame::of).collect();
+        let mut headers = Vec::with_capacity(frames.len());
+        for (i, frame) in frames.iter().enumerate() {
+            checking.step(i, frames.len())?;
+            headers.push(Header::read(&frame.path)?);
         }
-        let exif_focal = exif_focal(&first, width, height);
-        Ok(Self { exif_focal, _decoded: decoded, ..Self::of(frames, width, height) })
+        let (turn, (width, height)) = one_size(&frames, &headers)?;
+        let exif_focal = exif_focal(&frames[0].path, (width, height));
+        Ok(Self { exif_focal, turn, _decoded: decoded, ..Self::of(frames, width, height) })
     }
 
     /// Frames that are known to be there and of one size.
     pub(crate) fn of(frames: Vec<Frame>, width: u32, height: u32) -> Self {
         let (pictures, pyramids) = (Store::new(frames.len(), PICTURES_ROOM), Store::new(frames.len(), PYRAMIDS_ROOM));
         let films = vec![Film { frames: 0..frames.len(), map: None }];
-        Self { frames, width, height, exif_focal: None, films, pictures, pyramids, _decoded: Vec::new() }
+        Self { frames, width, height, exif_focal: None, turn: None, films, pictures, pyramids, _decoded: Vec::new() }
     }
 
     /// Refuses, in words, what was made of another clip: of other names, or another size.
@@ -136,6 +134,16 @@ impl FrameSet {
         other.map_or(Ok(()), |(name, frame)| Err(format!("they have a frame {name} where the clip has {}", frame.name)))
     }
 
+    /// Refuses the folder of a frame as one to write pictures to: what was filmed is never overwritten.
+    pub(crate) fn check_output(&self, folder: &Path) -> Result<(), FacewrightError> {
+        let Ok(output) = folder.canonicalize() else { return Ok(()) };
+        let is_there = |frame: &Frame| frame.path.canonicalize().is_ok_and(|path| path.parent() == Some(&output));
+        if self.frames.iter().any(is_there) {
+            return Err(FacewrightError::OwnFolder { folder: folder.to_owned() });
+        }
+        Ok(())
+    }
+
     /// Number of frames.
     pub fn len(&self) -> usize {
         self.frames.len()
@@ -148,7 +156,7 @@ impl FrameSet {
 
     /// Decodes frame `i`, for those who need it once.
     pub fn load(&self, i: usize) -> Result<RgbImage, FacewrightError> {
-        let picture = load_picture(&self.frames[i].path)?;
+        let picture = load_picture(&self.frames[i].path, self.turn)?;
         Ok(match self.film_of(i).and_then(|film| film.map.as_ref()) {
             Some(map) => resampled(&picture, map),
             None => picture,
@@ -191,102 +199,41 @@ impl FrameSet {
     }
 }
 
-/// Decodes a picture of any depth to upright 8-bit RGB.
-pub fn load_picture(path: &Path) -> Result<RgbImage, FacewrightError> {
-    let read = |e: &dyn std::fmt::Display| unreadable(path, e);
-    let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(|e| read(&e))?;
-    let mut decoder = reader.into_decoder().map_err(|e| read(&e))?;
-    let orientation = decoder.orientation().map_err(|e| read(&e))?;
-    let mut picture = DynamicImage::from_decoder(decoder).map_err(|e| read(&e))?;
-    picture.apply_orientation(orientation);
-    Ok(picture.into_rgb8())
-}
-
-fn unreadable(path: &Path, reason: &dyn std::fmt::Display) -> FacewrightError {
-    FacewrightError::Read { path: path.to_owned(), reason: reason.to_string() }
-}
-
-fn is(path: &Path, extensions: &[&str]) -> bool {
-    path.extension().is_some_and(|e| extensions.iter().any(|x| e.eq_ignore_ascii_case(x)))
-}
-
-fn join(inputs: &[PathBuf]) -> String {
-    inputs.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ")
-}
-
-/// The pictures of a folder in their natural order; hidden files are none.
-///
-/// # Errors
-/// [`FacewrightError::Read`] for a folder that cannot be read.
-pub fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, FacewrightError> {
-    let entries = std::fs::read_dir(folder).map_err(|e| unreadable(folder, &e))?;
-    let mut paths: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();
-    paths.retain(|path| is_picture(path));
-    paths.sort_by_cached_key(|path| natural(&path.file_name().unwrap_or_default().to_string_lossy()));
-    Ok(paths)
-}
-
-/// Of what a folder or a pattern gives; a file that is named itself is taken for what it is.
-fn is_picture(path: &Path) -> bool {
-    is(path, &PICTURES) && !is_hidden(path)
-}
-
-/// As systems hide what is not for people: macOS puts a `._frame.jpg` beside each picture on foreign volumes.
-fn is_hidden(path: &Path) -> bool {
-    path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'))
-}
-
-/// A key by which `frame9` comes before `frame10`: stretches of digits count as numbers, then the name itself decides.
-fn natural(name: &str) -> (Vec<(String, u64)>, String) {
-    let (mut parts, mut rest) = (Vec::new(), name);
-    while !rest.is_empty() {
-        let text = rest.find(|c: char| c.is_ascii_digit()).unwrap_or(rest.len());
-        let digits = rest[text..].find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len() - text);
-        // A number too large to count is the largest.
-        let number = rest[text..text + digits].parse().unwrap_or(if digits == 0 { 0 } else { u64::MAX });
-        parts.push((rest[..text].to_owned(), number));
-        rest = &rest[text + digits..];
+/// The size of all frames, and how they are turned where it is not as each of them says: a camera that was itself turned between
+/// pictures is one camera as its sensor sees.
+fn one_size(frames: &[Frame], headers: &[Header]) -> Result<(Option<Orientation>, (u32, u32)), FacewrightError> {
+    let upright: Vec<(u32, u32)> = headers.iter().map(|header| header.size(header.orientation)).collect();
+    let none = || FacewrightError::NoFrames { input: "what was given".to_owned() };
+    let size = commonest(&upright).ok_or_else(none)?;
+    let odd: Vec<String> = frames
+        .iter()
+        .zip(&upright)
+        .filter(|(_, other)| **other != size)
+        .map(|(frame, (width, height))| format!("{} ({width}x{height})", frame.name))
+        .collect();
+    if odd.is_empty() {
+        return Ok((None, size));
     }
-    (parts, name.to_owned())
+    if headers.iter().all(|header| header.stored == headers[0].stored) {
+        let of_most = headers.iter().zip(&upright).find(|(_, upright)| **upright == size);
+        return Ok((of_most.map(|(header, _)| header.orientation), size));
+    }
+    Err(FacewrightError::MixedSizes { odd: odd.join(", "), frames: frames.len(), width: size.0, height: size.1 })
 }
 
-/// Files whose names match a pattern with `*` or `?`, by name; `None` for an ordinary path.
-fn matching(pattern: &Path) -> Option<Result<Vec<PathBuf>, FacewrightError>> {
-    let text = pattern.to_str().filter(|text| text.contains(['*', '?']) && !pattern.exists())?;
-    let found = glob::glob(text).map_err(|e| unreadable(pattern, &e));
-    Some(found.map(|paths| {
-        let mut paths: Vec<PathBuf> = paths.filter_map(Result::ok).filter(|path| is_picture(path)).collect();
-        paths.sort_by_cached_key(|path| natural(&path.to_string_lossy()));
-        paths
-    }))
-}
-
-fn upright_size(path: &Path) -> Result<(u32, u32), FacewrightError> {
-    let reader =
-        ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(|e| unreadable(path, &e))?;
-    let mut decoder = reader.into_decoder().map_err(|e| unreadable(path, &e))?;
-    let (width, height) = decoder.dimensions();
-    use image::metadata::Orientation::{Rotate90, Rotate90FlipH, Rotate270, Rotate270FlipH};
-    let turned = matches!(decoder.orientation(), Ok(Rotate90 | Rotate270 | Rotate90FlipH | Rotate270FlipH));
-    Ok(if turned { (height, width) } else { (width, height) })
-}
-
-/// Focal length in pixels from the "35 mm equivalent" that cameras and phones write.
-fn exif_focal(path: &Path, width: u32, height: u32) -> Option<f64> {
-    let file = std::fs::File::open(path).ok()?;
-    let exif = exif::Reader::new().read_from_container(&mut std::io::BufReader::new(file)).ok()?;
-    let field = exif.get_field(exif::Tag::FocalLengthIn35mmFilm, exif::In::PRIMARY)?;
-    let millimetres = f64::from(field.value.get_uint(0)?);
-    let diagonal = f64::from(width).hypot(f64::from(height));
-    (millimetres > 0.0).then(|| millimetres * diagonal / FILM_DIAGONAL_MM)
+/// The one that is there most often; of several the one that comes first.
+fn commonest<T: Ord + Copy>(all: &[T]) -> Option<T> {
+    let mut counts = BTreeMap::new();
+    all.iter().for_each(|one| *counts.entry(one).or_insert(0) += 1);
+    all.iter().rev().max_by_key(|one| counts[one]).copied()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use image::{GrayImage, ImageBuffer, Luma, Rgba, RgbaImage};
+    use image::{DynamicImage, GrayImage, ImageBuffer, Luma, Rgba, RgbaImage};
 
-    fn folder_with(pictures: &[(&str, DynamicImage)]) -> TempDir {
+    fn folder_with(pictures: &[(impl AsRef<Path>, DynamicImage)]) -> TempDir {
         let folder = tempfile::tempdir().unwrap();
         for (name, picture) in pictures {
             picture.save(folder.path().join(name)).unwrap();
@@ -310,10 +257,49 @@ mod tests {
     }
 
     #[test]
-    fn mixed_sizes_name_the_odd_frame() {
-        let folder = folder_with(&[("a.png", RgbImage::new(8, 6).into()), ("b.png", RgbImage::new(6, 8).into())]);
+    fn mixed_sizes_name_every_odd_frame() {
+        let folder = folder_with(
+            &[("a", 8, 6), ("b", 6, 8), ("c", 6, 8), ("d", 7, 7), ("e", 6, 8)]
+                .map(|(name, width, height)| (format!("{name}.png"), DynamicImage::from(RgbImage::new(width, height)))),
+        );
         let error = FrameSet::open(&[folder.path().to_owned()], &Progress::new()).unwrap_err();
-        assert!(error.to_string().starts_with("b is 6x8 but the frames before it are 8x6"));
+        assert_eq!(
+            error.to_string(),
+            "of 5 frames all must have one size, that of one camera, and these are not 6x8 as most are: a (8x6), d (7x7)"
+        );
+    }
+
+    /// A JPEG whose camera was turned, as EXIF tells it.
+    fn turned_jpeg(path: &Path, orientation: u8) {
+        let picture = RgbImage::from_fn(48, 32, |x, _| image::Rgb([if x < 24 { 250 } else { 5 }; 3]));
+        picture.save(path).unwrap();
+        let jpeg = std::fs::read(path).unwrap();
+        let exif = [
+            b"\xff\xe1\0\x22Exif\0\0II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0",
+            &[orientation, 0, 0, 0][..],
+            &[0; 4],
+        ];
+        std::fs::write(path, [&jpeg[..2], &exif.concat(), &jpeg[2..]].concat()).unwrap();
+    }
+
+    #[test]
+    fn pictures_of_a_camera_that_was_turned_between_them_are_taken_as_its_sensor_saw_them() {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, orientation) in [("a.jpg", 6), ("b.jpg", 1), ("c.jpg", 1), ("d.jpg", 8)] {
+            turned_jpeg(&folder.path().join(name), orientation);
+        }
+        let open = |names: &[&str]| {
+            let paths: Vec<PathBuf> = names.iter().map(|name| folder.path().join(name)).collect();
+            FrameSet::open(&paths, &Progress::new()).unwrap()
+        };
+        let mixed = open(&["a.jpg", "b.jpg", "c.jpg"]);
+        assert_eq!((mixed.width, mixed.height), (48, 32));
+        assert!((0..3).all(|i| mixed.load(i).unwrap().get_pixel(3, 16)[0] > 200), "the left of the sensor is bright");
+        let upright = open(&["a.jpg", "d.jpg"]);
+        assert_eq!((upright.width, upright.height), (32, 48));
+        assert!(
+            upright.load(0).unwrap().get_pixel(16, 3)[0] > 200 && upright.load(1).unwrap().get_pixel(16, 3)[0] < 50
+        );
     }
 
     #[test]
@@ -323,7 +309,7 @@ mod tests {
         let path = folder.path().join("a.png");
         let bytes = std::fs::read(&path).unwrap();
         std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
-        assert!(load_picture(&path).unwrap_err().to_string().contains("a.png cannot be read"));
+        assert!(load_picture(&path, None).unwrap_err().to_string().contains("a.png cannot be read"));
         assert!(FrameSet::open(&[folder.path().join("none.png")], &Progress::new()).is_err());
     }
 

@@ -1,15 +1,22 @@
 //! Files that commands read, and places that they write to.
 
+use crate::frames::is_video;
 use crate::{Faces, FacewrightError, FrameSet, HeadMotion, RigFrames, SourcedCamera, check_folder};
 use geometry::Progress;
 use std::path::{Path, PathBuf};
 
-/// Times of the steps of a command, in parts: its pictures are opened, then it works on them.
+/// Times of the steps of a command, in parts: its pictures are opened, then it works on them …
 const PARTS: [f64; 2] = [0.03, 0.97];
+/// … and of one with a video, which is decoded first.
+const PARTS_OF_VIDEO: [f64; 2] = [0.25, 0.75];
+
+fn parts<'i>(mut inputs: impl Iterator<Item = &'i Path>) -> &'static [f64; 2] {
+    if inputs.any(is_video) { &PARTS_OF_VIDEO } else { &PARTS }
+}
 
 /// Opens the pictures of a command; also what is left of its progress for the work on them.
 pub fn open(inputs: &[PathBuf], progress: &Progress) -> Result<(FrameSet, Progress), FacewrightError> {
-    let [opening, working] = progress.split(&PARTS);
+    let [opening, working] = progress.split(parts(inputs.iter().map(PathBuf::as_path)));
     Ok((FrameSet::open(inputs, &opening)?, working))
 }
 
@@ -24,7 +31,8 @@ fn named(input: &Path) -> Option<(&str, &str)> {
 
 /// Opens the frames of a rig's cameras from `NAME=FRAMES`, several of one name together; also what is left of the progress.
 pub fn open_films(inputs: &[PathBuf], progress: &Progress) -> Result<(Vec<RigFrames>, Progress), FacewrightError> {
-    let [opening, working] = progress.split(&PARTS);
+    let frames = inputs.iter().filter_map(|input| named(input)).map(|(_, frames)| Path::new(frames));
+    let [opening, working] = progress.split(parts(frames));
     let mut all: Vec<(&str, Vec<PathBuf>)> = Vec::new();
     for input in inputs {
         let wrong = FacewrightError::Option { name: "frames of a rig", expected: "NAME=FRAMES, like left=DIR" };

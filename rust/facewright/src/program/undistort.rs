@@ -29,6 +29,10 @@ pub struct UndistortCommand {
 impl UndistortCommand {
     pub(super) fn run(&self, progress: &Progress) -> Result<Summary, FacewrightError> {
         check_folder(&self.output)?;
+        let own = self.output.join("camera.json").canonicalize().ok();
+        if own.is_some() && own == self.camera.canonicalize().ok() {
+            return Err(FacewrightError::OwnFolder { folder: self.output.clone() });
+        }
         let camera = SourcedCamera::read(&self.camera)?;
         let (frames, progress) = open(&self.pictures, progress)?;
         let pinhole = undistort(&frames, &camera, &self.options, &self.output, &progress)?;

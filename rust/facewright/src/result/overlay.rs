@@ -27,7 +27,7 @@ struct Node {
 /// transparent where the head is not, lit as the frames were. Gives back the names of the frames drawn.
 ///
 /// # Errors
-/// [`FacewrightError::NoResult`], [`FacewrightError::OtherCamera`]; [`FacewrightError::RigResult`] for the result of a rig.
+/// [`FacewrightError::NoResult`], [`FacewrightError::OtherCamera`], [`FacewrightError::OtherFrames`]; [`FacewrightError::RigResult`] for the result of a rig.
 ///
 /// # Examples
 /// ```no_run
@@ -91,6 +91,22 @@ impl<'a> Film<'a> {
         let camera = camera.ok_or_else(|| FacewrightError::RigCamera { name: film.camera.clone(), known: known() })?;
         Ok(Self { name: format!("{}_", film.camera), frames: &film.frames, camera: camera.camera })
     }
+
+    /// The name of a frame in the report.
+    fn named(&self, frame: &crate::Frame) -> String {
+        format!("{}{}", self.name, frame.name)
+    }
+}
+
+/// Refuses frames of which the report knows none.
+fn check_names(result: &Path, report: &Report, mut names: impl Iterator<Item = String>) -> Result<(), FacewrightError> {
+    let known = &report.frames;
+    let (Some(first), Some(last)) = (known.first(), known.last()) else { return Ok(()) };
+    if names.any(|name| known.iter().any(|frame| frame.name == name)) {
+        return Ok(());
+    }
+    let (first, last) = (first.name.clone(), last.name.clone());
+    Err(FacewrightError::OtherFrames { path: result.join("report.json"), first, last })
 }
 
 fn draw(
@@ -100,7 +116,13 @@ fn draw(
     folder: &Path,
     progress: &Progress,
 ) -> Result<Vec<String>, FacewrightError> {
-    films.iter().try_for_each(|film| film.frames.check_camera(&film.camera))?;
+    films.iter().try_for_each(|film| {
+        film.frames.check_camera(&film.camera)?;
+        film.frames.check_output(folder)
+    })?;
+    let all: Vec<(&Film, &crate::Frame)> =
+        films.iter().flat_map(|film| film.frames.frames.iter().map(move |frame| (film, frame))).collect();
+    check_names(result, report, all.iter().map(|(film, frame)| film.named(frame)))?;
     let nodes = read_nodes(&result.join("head.glb"))?;
     let layers: Vec<Layer> = nodes.iter().map(Node::layer).collect();
     let painter = Painter::new(&layers)?;
@@ -108,7 +130,7 @@ fn draw(
     let (done, total) = (AtomicUsize::new(0), films.iter().map(|film| film.frames.len()).sum());
     let draw = |(film, frame): (&Film, &crate::Frame)| -> Result<Option<(PathBuf, Vec<u8>)>, FacewrightError> {
         progress.step(done.fetch_add(1, Ordering::Relaxed), total)?;
-        let name = format!("{}{}", film.name, frame.name);
+        let name = film.named(frame);
         let pose = report.frames.iter().find(|f| f.name == name).and_then(|f| f.cam_from_head);
         let Some(pose) = pose else { return Ok(None) };
         let gain = report.texture.gains.get(&name).copied().unwrap_or([1.0; 3]);
@@ -116,8 +138,6 @@ fn draw(
         let picture = painter.draw(&film.camera, &pose, &options)?;
         Ok(Some((PathBuf::from(format!("{name}.png")), png(&picture)?)))
     };
-    let all: Vec<(&Film, &crate::Frame)> =
-        films.iter().flat_map(|film| film.frames.frames.iter().map(move |frame| (film, frame))).collect();
     let drawn: Result<Vec<_>, _> = all.into_par_iter().map(draw).collect();
     let files: Vec<_> = drawn?.into_iter().flatten().collect();
     write_together(folder, &files)?;

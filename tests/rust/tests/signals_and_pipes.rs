@@ -1,0 +1,112 @@
+//! The program in a shell: signals end it at once and leave nothing, and what it prints may find no reader.
+
+#![cfg(unix)]
+#![expect(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "the helpers of tests are tests too, and what is skipped is said"
+)]
+
+use end_to_end::{clip, program};
+use std::fs::{self, File};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Long enough for a busy machine to end a program, and far from what the film takes.
+const AT_ONCE: Duration = Duration::from_secs(5);
+
+/// A film that takes far more than a moment to be decoded, or nothing where there is no ffmpeg.
+fn long_film(path: &Path) -> Option<()> {
+    let source = "testsrc2=s=1280x720:r=30:d=30";
+    let mut make = Command::new("ffmpeg");
+    make.args(["-nostdin", "-loglevel", "error", "-f", "lavfi", "-i", source, "-c:v", "mpeg4", "-q:v", "31"]);
+    let made = make.arg(path).status().is_ok_and(|status| status.success());
+    if !made {
+        println!("skipped: there is no ffmpeg here");
+    }
+    made.then_some(())
+}
+
+/// How many frames there are in the folders of a temporary folder.
+fn frames_in(folder: &Path) -> usize {
+    let folders = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    folders.filter_map(|folder| fs::read_dir(folder).ok()).map(Iterator::count).sum()
+}
+
+/// Whether a process runs whose arguments name a path.
+fn is_at_work_in(path: &Path) -> bool {
+    let list = Command::new("ps").args(["-eo", "args"]).output().unwrap();
+    String::from_utf8_lossy(&list.stdout)
+        .lines()
+        .any(|line| line.contains("ffmpeg") && line.contains(path.to_str().unwrap()))
+}
+
+#[test]
+fn a_signal_while_a_video_is_decoded_ends_it_at_once_and_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let (film, temporary) = (folder.path().join("film.mp4"), folder.path().join("tmp"));
+    let Some(()) = long_film(&film) else { return };
+    fs::create_dir(&temporary).unwrap();
+    for signal in ["-INT", "-TERM"] {
+        let mut command = Command::new(program().unwrap());
+        command.args(["calibrate", "-q"]).arg(&film).arg("-o").arg(folder.path().join("camera.json"));
+        let mut child = command.env("TMPDIR", &temporary).stderr(Stdio::piped()).spawn().unwrap();
+        while frames_in(&temporary) == 0 {
+            assert!(child.try_wait().unwrap().is_none(), "it ended before the first frame");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        let asked = Instant::now();
+        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        let said = child.wait_with_output().unwrap();
+        assert!(asked.elapsed() < AT_ONCE, "{signal} took {:?}", asked.elapsed());
+        assert_eq!(String::from_utf8_lossy(&said.stderr), "facewright: cancelled\n");
+        assert_eq!(said.status.code(), Some(1));
+        assert_eq!(fs::read_dir(&temporary).unwrap().count(), 0, "frames were left");
+        assert!(!is_at_work_in(&temporary), "ffmpeg was left");
+    }
+    assert!(!folder.path().join("camera.json").exists());
+}
+
+/// Commands that print, as they are and as JSON.
+fn printing(folder: &Path) -> Vec<Vec<String>> {
+    let board = folder.join("board.svg").display().to_string();
+    let camera = folder.join("camera.json").display().to_string();
+    let boards = clip().join("board").display().to_string();
+    let commands: [&[&str]; 5] = [
+        &["board", "-q", "-o", &board],
+        &["board", "-q", "--json", "-o", &board],
+        &["calibrate", "-q", "--json", &boards, "-o", &camera],
+        &["--help"],
+        &["--version"],
+    ];
+    commands.map(|command| command.iter().map(|word| (*word).to_owned()).collect()).into()
+}
+
+#[test]
+fn a_closed_pipe_ends_what_is_printed_quietly() {
+    let folder = tempfile::tempdir().unwrap();
+    for arguments in printing(folder.path()) {
+        let mut command = Command::new(program().unwrap());
+        let command = command.args(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        drop(child.stdout.take());
+        let said = child.wait_with_output().unwrap();
+        assert!(said.status.success() && said.stderr.is_empty(), "{arguments:?}: {said:?}");
+    }
+    assert!(folder.path().join("camera.json").exists());
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn what_cannot_be_printed_is_one_clear_error() {
+    let folder = tempfile::tempdir().unwrap();
+    for arguments in printing(folder.path()) {
+        let full = File::options().write(true).open("/dev/full").unwrap();
+        let said = Command::new(program().unwrap()).args(&arguments).stdout(full).output().unwrap();
+        let sentence = String::from_utf8_lossy(&said.stderr);
+        assert_eq!(said.status.code(), Some(1), "{arguments:?}: {sentence}");
+        assert!(sentence.starts_with("facewright: standard output cannot be written to: No space left"), "{sentence}");
+        assert_eq!(sentence.lines().count(), 1, "{sentence}");
+    }
+}
