@@ -195,18 +195,55 @@ fn frames_of_mixed_sizes() {
     RgbImage::new(320, 240).save(&small).unwrap();
     case.refuses(
         &case.reconstruct(&[frame(0), small], &[]),
-        &["small is 320x240", "400x300", "one camera at one size"],
+        &["not 400x300 as most are: small (320x240)", "one size, that of one camera"],
     );
 }
 
 #[test]
 fn a_truncated_picture_is_named() {
+    for name in ["cut.png", "cut.jpg"] {
+        let case = Case::new();
+        let cut = case.input(name);
+        picture(&frame(10)).save(&cut).unwrap();
+        let bytes = std::fs::read(&cut).unwrap();
+        std::fs::write(&cut, &bytes[..bytes.len() / 2]).unwrap();
+        let words = [&format!("{name} cannot be read: it is damaged or cut off"), "copy it again"];
+        case.refuses(&case.reconstruct(&[frame(0), cut, frame(20)], &[]), &words);
+    }
+}
+
+#[test]
+fn files_that_are_no_pictures_are_said_to_be_what_they_are() {
+    for (name, bytes, words) in [
+        ("a.jpg", &b""[..], "it is empty"),
+        ("a.jpg", b"<!DOCTYPE html><html>", "it is a web page"),
+        ("a.heic", b"\0\0\0\x18ftypheic\0\0\0\0", "HEIC, which is not read here: save it as JPEG"),
+        ("a.avif", b"\0\0\0\x18ftypavif\0\0\0\0", "AVIF, which is not read here: save it as JPEG"),
+    ] {
+        let case = Case::new();
+        let path = case.input(name);
+        std::fs::write(&path, bytes).unwrap();
+        case.refuses(&case.reconstruct(&[frame(0), path], &[]), &[&format!("{name} cannot be read"), words]);
+    }
+}
+
+#[test]
+fn a_folder_of_pictures_of_another_kind_is_no_empty_one() {
     let case = Case::new();
-    let cut = case.input("cut.png");
-    picture(&frame(10)).save(&cut).unwrap();
-    let bytes = std::fs::read(&cut).unwrap();
-    std::fs::write(&cut, &bytes[..bytes.len() / 2]).unwrap();
-    case.refuses(&case.reconstruct(&[frame(0), cut, frame(20)], &[]), &["cut.png cannot be read"]);
+    std::fs::write(case.input("IMG_0001.HEIC"), b"\0\0\0\x18ftypheic").unwrap();
+    case.refuses(&case.reconstruct(&[case.input("")], &[]), &["holds HEIC pictures", "save them as JPEG"]);
+}
+
+#[test]
+fn a_lens_that_no_camera_has() {
+    let case = Case::new();
+    let camera = case.input("camera.json");
+    for (k1, words) in [("1e6", "times as far from its middle"), ("-1e6", "folds the picture over")] {
+        let numbers = r#""width": 400, "height": 300, "fx": 500, "fy": 500, "cx": 199.5, "cy": 149.5, "k1": "#;
+        std::fs::write(&camera, format!("\u{feff}{{{numbers}{k1}}}")).unwrap();
+        let said = case.reconstruct(&[frame(0), frame(10)], &["--camera", camera.to_str().unwrap()]);
+        case.refuses(&said, &[words, "calibrate again"]);
+    }
 }
 
 #[test]
@@ -236,6 +273,17 @@ fn deep_grey_and_transparent_pictures_are_accepted() {
     let output = case.reconstruct(&[case.input("")], &[]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(case.output().join("report.json").is_file());
+    // The head is drawn over frames that it was made from, and over no others.
+    let mut command = case.program();
+    let output =
+        command.arg("overlay").arg(case.output()).arg(frame(7)).arg("-o").arg(case.input("drawn")).output().unwrap();
+    let sentence = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{sentence}");
+    assert!(
+        sentence.contains("none of these frames is in") && sentence.contains("frames it was made from"),
+        "{sentence}"
+    );
+    assert!(!case.input("drawn").exists());
 }
 
 #[test]

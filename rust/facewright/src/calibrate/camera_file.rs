@@ -1,9 +1,11 @@
 //! `camera.json`: what a calibration leaves, or a camera's numbers alone.
 
 use super::CalibratedCamera;
+use super::other_cameras;
+use crate::camera::check_lens;
 use crate::files::write_json;
-use crate::formats::{Format, from_value, too_new, unreadable};
-use crate::{FacewrightError, SourcedCamera};
+use crate::formats::{Format, from_value, text_of, too_new, unreadable, without_mark};
+use crate::{CameraSource, FacewrightError, SourcedCamera};
 use serde::Serialize;
 use serde_json::Value;
 use std::path::Path;
@@ -37,13 +39,13 @@ pub enum CameraFile {
 }
 
 impl CameraFile {
-    /// Reads a `camera.json`; other files that hold a camera as `camera` will do.
+    /// Reads a `camera.json`; other files that hold a camera as `camera` will do, and those that OpenCV, ROS and Kalibr write of a
+    /// pinhole camera.
     ///
     /// # Errors
     /// [`FacewrightError::Read`] where it is none, [`FacewrightError::Camera`] where its numbers are impossible.
     pub fn read(path: &Path) -> Result<Self, FacewrightError> {
-        let text = std::fs::read_to_string(path).map_err(|e| unreadable(path, e.to_string()))?;
-        Self::content(&text, path)
+        Self::content(&text_of(path)?, path)
     }
 
     /// Reads the text of a `camera.json`; errors as those of [`CameraFile::read`].
@@ -76,11 +78,16 @@ impl CameraFile {
         let refused = |reason: String| unreadable(path, reason);
         let file = Self::of(text).map_err(refused)?;
         file.sourced().camera.validate()?;
+        check_lens(&file.sourced().camera)?;
         file.calibration().map_or(Ok(()), Format::validate).map_err(refused)?;
         Ok(file)
     }
 
     fn of(text: &str) -> Result<Self, String> {
+        let text = without_mark(text);
+        if let Some(camera) = other_cameras::read(text) {
+            return Ok(Self::Numbers(SourcedCamera { camera: camera?, source: CameraSource::Board }));
+        }
         let mut whole: Value = serde_json::from_str(text).map_err(|e| format!("it is not JSON: {e}"))?;
         if let Some(sentence) = too_new(&whole) {
             return Err(sentence);
@@ -106,7 +113,6 @@ impl CameraFile {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::CameraSource;
 
     const NUMBERS: &str = r#""width": 640, "height": 480, "fx": 700, "fy": 710, "cx": 319.5, "cy": 239.5"#;
 

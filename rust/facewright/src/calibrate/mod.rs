@@ -11,6 +11,7 @@ mod board;
 mod camera_file;
 mod choice;
 mod detection;
+mod other_cameras;
 mod rig;
 mod undistort;
 mod valid;

@@ -58,8 +58,24 @@ pub(crate) fn parse<T: Format>(text: &str) -> Result<T, FacewrightError> {
 
 /// Reads a file.
 pub(crate) fn read<T: Format>(path: &Path) -> Result<T, FacewrightError> {
-    let text = std::fs::read_to_string(path).map_err(|e| unreadable(path, e.to_string()))?;
-    content(&text).map_err(|reason| unreadable(path, reason))
+    content(&text_of(path)?).map_err(|reason| unreadable(path, reason))
+}
+
+/// The text of a file.
+pub(crate) fn text_of(path: &Path) -> Result<String, FacewrightError> {
+    let bytes = std::fs::read(path).map_err(|e| unreadable(path, e.to_string()))?;
+    if bytes.is_empty() {
+        return Err(unreadable(path, "it is empty".to_owned()));
+    }
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        return Err(unreadable(path, "it is text in UTF-16: save it as UTF-8".to_owned()));
+    }
+    String::from_utf8(bytes).map_err(|_| unreadable(path, "it is not a text file".to_owned()))
+}
+
+/// A text without the mark that editors of Windows put before it.
+pub(crate) fn without_mark(text: &str) -> &str {
+    text.strip_prefix('\u{feff}').unwrap_or(text)
 }
 
 /// Writes a file, whole or not at all.
@@ -69,6 +85,7 @@ pub(crate) fn write<T: Format>(path: &Path, value: &T) -> Result<(), FacewrightE
 
 /// A text as a value that was checked, or what is wrong with it.
 pub(crate) fn content<T: Format>(text: &str) -> Result<T, String> {
+    let text = without_mark(text);
     // Only what cannot be read is parsed again, slowly, to say where.
     let value: T = serde_json::from_str(text).map_err(|_| complaint::<T>(text))?;
     value.validate()?;
