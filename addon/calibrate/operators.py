@@ -16,7 +16,7 @@ from ..modal import (
 )
 from ..scene import boards as scene_boards
 from ..scene import camera as scene_camera
-from ..scene import video
+from ..scene import footage
 from . import actions
 
 
@@ -70,7 +70,7 @@ class FACEWRIGHT_OT_calibrate(WorkOperator, bpy.types.Operator):
     def _pictures(self) -> list[str]:
         if self.clip:
             clip = bpy.data.movieclips.get(self.clip)
-            return video.clip_files(clip) if clip else []
+            return footage.clip_files(clip) if clip else []
         folder = bpy.path.abspath(self.directory)
         if chosen := [bpy.path.native_pathsep(f"{folder}/{file.name}") for file in self.files if file.name]:
             return chosen

@@ -38,7 +38,7 @@ class Settings:
 def solved(clip: Any, settings: Settings) -> Work[Motion]:
     """Find the motion from a clip's tracks as they are now."""
     if settings.camera:
-        complaint = scene_camera.complaint(parse_camera(settings.camera), clip.name, (clip.size[0], clip.size[1]))
+        complaint = scene_camera.complaint(parse_camera(settings.camera), clip.name, footage.clip_size(clip))
         if complaint:
             raise FacewrightError(complaint)
     check(clip)

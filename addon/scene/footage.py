@@ -31,7 +31,7 @@ class Shown:
 
 @dataclass(frozen=True)
 class Footage:
-    """What a movie clip shows; `images` are the files of a sequence by the index, None for a video."""
+    """What a movie clip shows, its size in square pixels; `images` are the files of a sequence by the index, None for a video."""
 
     clip: str
     path: str
@@ -72,25 +72,50 @@ def of_clip(clip: bpy.types.MovieClip) -> Footage:
     width, height = clip.size
     if width == 0 or clip.frame_duration == 0:
         raise FacewrightError(f"{clip.name} cannot be read as a video or a picture")
-    indices = range(clip.frame_offset, clip.frame_offset + clip.frame_duration)
     if clip.source == "SEQUENCE":
-        images = _images(path, indices)
+        images = {index: file for index, file in _images(path).items() if index >= clip.frame_offset}
         names = {index: Path(file).stem for index, file in images.items()}
     else:
         images = None
+        indices = range(clip.frame_offset, clip.frame_offset + clip.frame_duration)
         names = {index: video.frame_name(index) for index in indices if 0 <= index < clip.frame_duration}
     frames = (Shown(name, index - clip.frame_offset + 1, index) for index, name in names.items())
-    return Footage(clip.name, str(path), (width, height), tuple(frames), images)
+    return Footage(clip.name, str(path), clip_size(clip), tuple(frames), images)
 
 
-def _images(path: Path, indices: range) -> dict[int, str]:
-    """The files of a sequence that begins with a path; a name without a number stands alone."""
-    digits = NUMBERED.match(path.stem)
-    if digits is None:
-        return {0: str(path)} if 0 in indices else {}
-    head, number, tail = digits[1], int(digits[2]), digits[3]
-    names = ((k, f"{head}{number + k:0{len(digits[2])}}{tail}{path.suffix}") for k in indices if number + k >= 0)
-    return {k: str(file) for k, name in names if (file := path.with_name(name)).exists()}
+def _images(path: Path) -> dict[int, str]:
+    """The pictures of a clip that shows a first one, by their index in it.
+
+    Blender counts a sequence's pictures up to its first gap; here all that are numbered alike count, gaps left out. A picture without
+    such others begins its whole folder, in natural order.
+    """
+    pictures = pictures_in(path.parent)
+    if path not in pictures:
+        return {0: str(path)}
+    first = NUMBERED.match(path.stem)
+    numbered = [(digits, file) for file in pictures if (digits := NUMBERED.match(Path(file).stem))]
+    alike = [
+        (int(digits[2]) - int(first[2]), str(file))
+        for digits, file in numbered
+        if first and (digits[1], digits[3]) == (first[1], first[3])
+    ]
+    images = dict(alike)
+    if len(alike) < 2 or len(images) < len(alike):
+        return {index: str(file) for index, file in enumerate(pictures)}
+    return images
+
+
+def clip_size(clip: bpy.types.MovieClip) -> tuple[int, int]:
+    """Width and height of a clip in square pixels."""
+    size = (clip.size[0], clip.size[1])
+    path = bpy.path.abspath(clip.filepath)
+    return size if clip.source == "SEQUENCE" or not Path(path).exists() else video.square_size(path, size)
+
+
+def clip_files(clip: bpy.types.MovieClip) -> list[str]:
+    """A movie clip's video, or the images of its sequence, as absolute paths."""
+    first = Path(bpy.path.abspath(clip.filepath))
+    return list(_images(first).values()) if clip.source == "SEQUENCE" and first.exists() else [str(first)]
 
 
 def load(path: str) -> bpy.types.MovieClip:

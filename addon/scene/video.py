@@ -3,7 +3,8 @@
 Frames have the names of `frame_name`.
 """
 
-import re
+import mmap
+import struct
 import tempfile
 from collections.abc import Generator, Iterable
 from pathlib import Path
@@ -12,6 +13,8 @@ import bpy
 
 # Part of a bar that decoding takes, before the library's work on the frames.
 DECODING = 0.1
+# Videos made of boxes, which tell the shape of a pixel.
+BOXED = {".mp4", ".mov", ".m4v", ".3gp"}
 VIDEOS = {
     *{".mp4", ".mov", ".avi", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg"},
     *{".ogv", ".mts", ".m2ts", ".wmv", ".3gp", ".flv", ".gif"},
@@ -32,22 +35,25 @@ def frame_count(path: str) -> int:
         bpy.data.movieclips.remove(clip)
 
 
+def square_size(path: str, size: tuple[int, int]) -> tuple[int, int]:
+    """The size of a video's frames once their pixels are square."""
+    return round(size[0] * pixel_aspect(path)), size[1]
+
+
+def pixel_aspect(path: str) -> float:
+    """Width of a video's pixels against their height, as MP4 and MOV tell it; Blender does not ask."""
+    if Path(path).suffix.lower() not in BOXED or Path(path).stat().st_size == 0:
+        return 1.0
+    with open(path, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+        # The box `pasp`: its length, its name, horizontal and vertical spacing.
+        at = content.find(b"\0\0\0\x10pasp")
+        wide, high = struct.unpack(">II", content[at + 8 : at + 16]) if 0 <= at <= len(content) - 16 else (1, 1)
+    return wide / high if wide and high else 1.0
+
+
 def frame_name(number: int) -> str:
     """Name of a frame by its number in the clip, counted from 0."""
     return f"frame_{number:06d}"
-
-
-def clip_files(clip: bpy.types.MovieClip) -> list[str]:
-    """A movie clip's video, or the images of its sequence, as absolute paths."""
-    first = Path(bpy.path.abspath(clip.filepath))
-    if clip.source != "SEQUENCE":
-        return [str(first)]
-    digits = re.search(r"\d+$", first.stem)
-    if digits is None:
-        return [str(first)]
-    stem, number, width = first.stem[: digits.start()], int(digits[0]), len(digits[0])
-    names = (f"{stem}{number + k:0{width}}{first.suffix}" for k in range(clip.frame_duration))
-    return [str(path) for name in names if (path := first.with_name(name)).exists()]
 
 
 Decoding = Generator[tuple[str, float, None], None, tempfile.TemporaryDirectory[str]]
@@ -86,7 +92,9 @@ def _set_up(scene: bpy.types.Scene, path: str) -> None:
     strip = strips.new_movie("clip", path, 1, 1)
     element = strip.elements[0]
     render = scene.render
-    render.resolution_x, render.resolution_y = element.orig_width, element.orig_height
+    size = (element.orig_width, element.orig_height)
+    render.resolution_x, render.resolution_y = square_size(path, size)
+    strip.transform.scale_x *= render.resolution_x / size[0]
     render.resolution_percentage = 100
     render.use_sequencer, render.use_compositing = True, False
     render.image_settings.file_format = "PNG"

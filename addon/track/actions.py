@@ -62,7 +62,7 @@ def camera_line(text: str, clip: Any) -> tuple[str, bool]:
         return f"The camera cannot be used: {error}", True
     if camera is None:
         return "Not calibrated: the focal length is estimated", False
-    complaint = scene_camera.complaint(camera, clip.name, (clip.size[0], clip.size[1]))
+    complaint = scene_camera.complaint(camera, clip.name, footage.clip_size(clip))
     return complaint or f"Calibrated camera, focal {camera.fx:.1f} px", bool(complaint)
 
 

@@ -171,9 +171,9 @@ def test_of_a_long_clip_frames_are_spread_over_it(monkeypatch: pytest.MonkeyPatc
 
 
 def test_a_sequence_clip_names_its_images(tmp_path: Path) -> None:
-    video = importlib.import_module(f"{PACKAGE}.scene.video")
+    footage = importlib.import_module(f"{PACKAGE}.scene.footage")
     clip = bpy.data.movieclips.load(str(CLIP / "board/board_0.png"))
-    assert video.clip_files(clip) == [str(CLIP / f"board/{name}.png") for name in NAMES]
+    assert footage.clip_files(clip) == [str(CLIP / f"board/{name}.png") for name in NAMES]
 
 
 def test_cancelling_while_a_clip_is_decoded_changes_nothing(tmp_path: Path) -> None:
