@@ -31,7 +31,10 @@ class Shown:
 
 @dataclass(frozen=True)
 class Footage:
-    """What a movie clip shows, its size in square pixels; `images` are the files of a sequence by the index, None for a video."""
+    """What a movie clip shows, its size in square pixels.
+
+    `images` are the files of a sequence by the index, None for a video.
+    """
 
     clip: str
     path: str
@@ -86,8 +89,8 @@ def of_clip(clip: bpy.types.MovieClip) -> Footage:
 def _images(path: Path) -> dict[int, str]:
     """The pictures of a clip that shows a first one, by their index in it.
 
-    Blender counts a sequence's pictures up to its first gap; here all that are numbered alike count, gaps left out. A picture without
-    such others begins its whole folder, in natural order.
+    Blender counts a sequence's pictures up to its first gap; here all that are numbered alike count, gaps left out. A
+    picture without such others begins its whole folder, in natural order.
     """
     pictures = pictures_in(path.parent)
     if path not in pictures:

@@ -45,7 +45,12 @@ def test_numbered_pictures_with_gaps_are_all_tracked(tmp_path: Path, library: An
 
 
 @pytest.mark.parametrize(
-    "names", [["anna.jpg", "ben.jpg", "cleo.jpg"], ["anna.jpg", "ben_2.jpg", "shot 7.jpg"], ["1.jpg", "2.jpeg", "10.jpg"]]
+    "names",
+    [
+        ["anna.jpg", "ben.jpg", "cleo.jpg", "dora.jpg", "emil.jpg", "fritz.jpg"],
+        ["anna.jpg", "ben_2.jpg", "cleo_7.jpg", "dora.jpeg", "emil.jpg", "shot 7.jpg"],
+        ["1.jpg", "2.jpeg", "3.jpg", "9.jpeg", "10.jpg", "12.jpg"],
+    ],
 )
 def test_pictures_without_numbers_and_of_mixed_kinds_are_all_tracked(
     tmp_path: Path, library: Any, names: list[str]
@@ -71,5 +76,5 @@ def test_the_pixels_of_a_decoded_video_are_square(tmp_path: Path, aspect: str, w
 
 
 def test_other_sequences_of_a_folder_are_left_alone(tmp_path: Path, library: Any) -> None:
-    folder_of(tmp_path, [f"left_{k}.jpg" for k in range(4)] + [f"right_{k}.jpg" for k in range(4)])
-    assert track(tmp_path / "right_0.jpg", library) == [f"right_{k}.jpg" for k in range(4)]
+    folder_of(tmp_path, [f"left_{k}.jpg" for k in range(6)] + [f"right_{k}.jpg" for k in range(6)])
+    assert track(tmp_path / "right_0.jpg", library) == [f"right_{k}.jpg" for k in range(6)]
