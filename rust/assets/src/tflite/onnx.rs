@@ -2,10 +2,10 @@
 //!
 //! ONNX is protobuf: a message is a run of fields, each a key `(number << 3) | wire type`, then a varint
 //! (wire type 0), four bytes (5) or a length and that many bytes (2).
-//! Field numbers are those of `onnx.proto3`; the operator set is version 13.
+//! Field numbers are those of `onnx.proto3`; the operator set is version 14.
 
 /// Version of the operator definitions the nodes follow.
-const OPERATOR_SET: u64 = 13;
+const OPERATOR_SET: u64 = 14;
 /// Version of the file format that belongs to that operator set.
 const IR_VERSION: u64 = 7;
 

@@ -33,6 +33,9 @@ pub enum Constant {
     Ints(Vec<i32>),
 }
 
+/// The code of operators that go by a name.
+const CUSTOM: i32 = 32;
+
 /// One step of the net.
 pub struct Operator {
     /// What it computes.
@@ -77,6 +80,8 @@ pub enum Activation {
 pub enum Kind {
     /// Sum of two tensors.
     Add(Activation),
+    /// Mean of a window of `[rows, columns]`, as far as it lies within the picture.
+    AveragePool2d(Window, [usize; 2], Activation),
     /// Joining along an axis (counted channels last).
     Concatenation(i32, Activation),
     /// Convolution; weights `[out, rows, columns, in]`.
@@ -85,8 +90,14 @@ pub enum Kind {
     DepthwiseConv2d(Window, Activation),
     /// Widening of stored half precision weights.
     Dequantize,
+    /// x · min(max(x + 3, 0), 6) / 6.
+    HardSwish,
+    /// 1 / (1 + exp(−x)).
+    Logistic,
     /// Largest value in a window of `[rows, columns]`.
     MaxPool2d(Window, [usize; 2], Activation),
+    /// Product of two tensors.
+    Mul(Activation),
     /// Zeros around; paddings in the second input, `[axes, 2]`.
     Pad,
     /// max(x, 0) + slope · min(x, 0).
@@ -102,6 +113,9 @@ pub enum Kind {
         /// Pixel centres lie at halves.
         half_pixel_centers: bool,
     },
+    /// MediaPipe's `Convolution2DTransposeBias`: every pixel adds its window of weights `[out, rows, columns, in]` to the
+    /// result, which begins with the bias.
+    TransposeConv2d(Window),
 }
 
 impl Model {
@@ -172,7 +186,27 @@ fn read_operator(operator: &Table, codes: &[Table]) -> Result<Operator, TfliteEr
     // Files from before 2020 have the code in a byte; later ones repeat it there as far as it fits.
     let builtin = code.int(3, 0)?.max(i32::from(code.byte(0, 0)?));
     let inputs = operator.ints(1)?.into_iter().map(|i| usize::try_from(i).ok()).collect();
-    Ok(Operator { kind: read_kind(builtin, operator.table(4)?)?, inputs, outputs: indices(operator, 2)? })
+    let kind = match builtin {
+        CUSTOM => read_custom(code.bytes(1)?, operator.bytes(5)?)?,
+        _ => read_kind(builtin, operator.table(4)?)?,
+    };
+    Ok(Operator { kind, inputs, outputs: indices(operator, 2)? })
+}
+
+/// An operator that the file knows by name. Its options are the bytes of the C structure that its code reads:
+/// `TfLiteTransposeConvParams` is padding (1 same, 2 valid), stride of columns, stride of rows.
+fn read_custom(name: &[u8], options: &[u8]) -> Result<Kind, TfliteError> {
+    if name != b"Convolution2DTransposeBias" {
+        return Err(TfliteError::UnknownCustom { name: String::from_utf8_lossy(name).into_owned() });
+    }
+    let numbers: Vec<i32> = words(options).map(i32::from_le_bytes).collect();
+    let &[padding, columns, rows, ..] = numbers.as_slice() else { return Err(TfliteError::BadWindow { number: 0 }) };
+    let padding = match padding {
+        1 => Padding::Same,
+        2 => Padding::Valid,
+        number => return Err(TfliteError::BadWindow { number }),
+    };
+    Ok(Kind::TransposeConv2d(Window { padding, stride: [positive(rows)?, positive(columns)?], dilation: [1, 1] }))
 }
 
 fn read_kind(builtin: i32, options: Option<Table>) -> Result<Kind, TfliteError> {
@@ -181,19 +215,20 @@ fn read_kind(builtin: i32, options: Option<Table>) -> Result<Kind, TfliteError> 
     let activation = |id: usize| read_activation(byte(id)?);
     Ok(match builtin {
         0 => Kind::Add(activation(0)?),
+        1 => Kind::AveragePool2d(read_window(options, None)?, read_filter(options)?, activation(5)?),
         2 => Kind::Concatenation(int(0, 0)?, activation(1)?),
         3 => Kind::Conv2d(read_window(options, Some(4))?, activation(3)?),
         4 => Kind::DepthwiseConv2d(read_window(options, Some(5))?, activation(4)?),
         6 => Kind::Dequantize,
-        17 => {
-            let filter = [positive(int(4, 0)?)?, positive(int(3, 0)?)?];
-            Kind::MaxPool2d(read_window(options, None)?, filter, activation(5)?)
-        }
+        14 => Kind::Logistic,
+        17 => Kind::MaxPool2d(read_window(options, None)?, read_filter(options)?, activation(5)?),
+        18 => Kind::Mul(activation(0)?),
         19 => Kind::Relu,
         22 => Kind::Reshape,
         23 => Kind::ResizeBilinear { align_corners: byte(2)? != 0, half_pixel_centers: byte(3)? != 0 },
         34 => Kind::Pad,
         54 => Kind::Prelu,
+        117 => Kind::HardSwish,
         code => return Err(TfliteError::UnknownOperator { code }),
     })
 }
@@ -212,6 +247,12 @@ fn read_window(options: Option<Table>, dilation_id: Option<usize>) -> Result<Win
         None => [1, 1],
     };
     Ok(Window { padding, stride, dilation })
+}
+
+/// Size of a pooling window, `[rows, columns]`.
+fn read_filter(options: Option<Table>) -> Result<[usize; 2], TfliteError> {
+    let size = |id: usize| positive(options.map_or(Ok(0), |table| table.int(id, 0))?);
+    Ok([size(4)?, size(3)?])
 }
 
 fn read_activation(code: u8) -> Result<Activation, TfliteError> {
@@ -241,7 +282,21 @@ mod tests {
     }
 
     #[test]
-    fn unknown_operators_are_named_by_their_code() {
+    fn unknown_operators_are_named_by_their_code_or_their_name() {
         assert!(matches!(read_kind(25, None), Err(TfliteError::UnknownOperator { code: 25 })));
+        let error = read_custom(b"TransformLandmarks", &[]).unwrap_err().to_string();
+        assert!(error.contains("TransformLandmarks"), "{error}");
+    }
+
+    #[test]
+    fn the_options_of_a_transposed_convolution_are_a_c_structure() {
+        let options: Vec<u8> = [1i32, 3, 2].iter().flat_map(|n| n.to_le_bytes()).collect();
+        let kind = read_custom(b"Convolution2DTransposeBias", &options).unwrap();
+        let Kind::TransposeConv2d(window) = kind else { unreachable!("{kind:?}") };
+        assert_eq!((window.padding, window.stride), (Padding::Same, [2, 3]));
+        for bad in [&options[..8], &[0; 12]] {
+            let found = read_custom(b"Convolution2DTransposeBias", bad);
+            assert!(matches!(found, Err(TfliteError::BadWindow { number: 0 })));
+        }
     }
 }

@@ -113,12 +113,16 @@ impl Step<'_> {
 
     fn translate(&self, to: &mut Translation) -> Result<(), TfliteError> {
         match self.operator.kind {
-            Kind::Add(activation) => self.add(to, activation),
+            Kind::Add(activation) => self.of_two(to, "Add", activation),
+            Kind::AveragePool2d(window, filter, activation) => self.pool(to, "AveragePool", window, filter, activation),
             Kind::Concatenation(axis, activation) => self.concatenation(to, axis, activation),
             Kind::Conv2d(window, activation) => self.convolution(to, window, activation, false),
             Kind::DepthwiseConv2d(window, activation) => self.convolution(to, window, activation, true),
             Kind::Dequantize => self.dequantize(to),
-            Kind::MaxPool2d(window, filter, activation) => self.max_pool(to, window, filter, activation),
+            Kind::HardSwish => self.simple(to, "HardSwish"),
+            Kind::Logistic => self.simple(to, "Sigmoid"),
+            Kind::MaxPool2d(window, filter, activation) => self.pool(to, "MaxPool", window, filter, activation),
+            Kind::Mul(activation) => self.of_two(to, "Mul", activation),
             Kind::Pad => self.pad(to),
             Kind::Prelu => self.prelu(to),
             Kind::Relu => self.simple(to, "Relu"),
@@ -126,6 +130,7 @@ impl Step<'_> {
             Kind::ResizeBilinear { align_corners, half_pixel_centers } => {
                 self.resize(to, align_corners, half_pixel_centers)
             }
+            Kind::TransposeConv2d(window) => self.transposed_convolution(to, window),
         }
     }
 
@@ -168,9 +173,9 @@ impl Step<'_> {
         Ok(stored)
     }
 
-    fn add(&self, to: &mut Translation, activation: Activation) -> Result<(), TfliteError> {
+    fn of_two(&self, to: &mut Translation, operator: &str, activation: Activation) -> Result<(), TfliteError> {
         let (left, right) = (self.operand(to, 0)?, self.operand(to, 1)?);
-        self.emit(to, "Add", &[&left, &right], &[], activation)
+        self.emit(to, operator, &[&left, &right], &[], activation)
     }
 
     fn prelu(&self, to: &mut Translation) -> Result<(), TfliteError> {
@@ -222,6 +227,18 @@ impl Step<'_> {
         ])
     }
 
+    /// Names of a convolution's input, its weights and, where it has one, its bias, which are stored.
+    fn weighted(&self, to: &mut Translation, shape: &[usize], values: &[f32]) -> Result<Vec<String>, TfliteError> {
+        let mut inputs = vec![name(self.input(0)?), self.local("weights")];
+        to.graph.floats(&inputs[1], shape, values);
+        if let Some(&Some(bias)) = self.operator.inputs.get(2) {
+            let values = to.floats(bias).ok_or(self.bad("bias"))?.to_vec();
+            inputs.push(self.local("bias"));
+            to.graph.floats(&inputs[2], &[values.len()], &values);
+        }
+        Ok(inputs)
+    }
+
     fn convolution(
         &self,
         to: &mut Translation,
@@ -239,26 +256,50 @@ impl Step<'_> {
             let channels = to.shape(input)[3];
             attributes.push(Attribute::Int("group", channels as i64));
         }
-        let mut inputs = vec![name(input), self.local("weights")];
-        to.graph.floats(&inputs[1], &shape, &values);
-        if let Some(&Some(bias)) = self.operator.inputs.get(2) {
-            let values = to.floats(bias).ok_or(self.bad("bias"))?.to_vec();
-            inputs.push(self.local("bias"));
-            to.graph.floats(&inputs[2], &[values.len()], &values);
-        }
+        let inputs = self.weighted(to, &shape, &values)?;
         let inputs: Vec<&str> = inputs.iter().map(String::as_str).collect();
         self.emit(to, "Conv", &inputs, &attributes, activation)
     }
 
-    fn max_pool(
+    /// What the result would reach beyond the size it has is cut off its sides, as TensorFlow does with either padding.
+    fn transposed_convolution(&self, to: &mut Translation, window: Window) -> Result<(), TfliteError> {
+        let (input, weights) = (self.input(0)?, self.input(1)?);
+        let (&[_, h, w, _], &[_, h_out, w_out, _]) = (to.shape(input), to.shape(self.output()?)) else {
+            return Err(self.bad("picture"));
+        };
+        let &[_, rows, columns, _] = to.shape(weights) else { return Err(self.bad("weights")) };
+        let values = to.floats(weights).ok_or(self.bad("weights"))?;
+        let (shape, values) = permute(values, to.shape(weights), &[3, 0, 1, 2]);
+        let [(top, bottom), (left, right)] =
+            [(h, h_out, rows, window.stride[0]), (w, w_out, columns, window.stride[1])]
+                .map(|(input, output, kernel, stride)| same_padding(output, input, kernel, stride, 1));
+        if [(h, h_out, rows, window.stride[0], top + bottom), (w, w_out, columns, window.stride[1], left + right)]
+            .iter()
+            .any(|&(input, output, kernel, stride, cut)| (input - 1) * stride + kernel != output + cut)
+        {
+            return Err(self.bad("size of the result"));
+        }
+        let list = |numbers: &[usize]| numbers.iter().map(|&n| n as i64).collect::<Vec<_>>();
+        let attributes = [
+            Attribute::Ints("kernel_shape", list(&[rows, columns])),
+            Attribute::Ints("strides", list(&window.stride)),
+            Attribute::Ints("pads", list(&[top, left, bottom, right])),
+        ];
+        let inputs = self.weighted(to, &shape, &values)?;
+        let inputs: Vec<&str> = inputs.iter().map(String::as_str).collect();
+        self.emit(to, "ConvTranspose", &inputs, &attributes, Activation::None)
+    }
+
+    fn pool(
         &self,
         to: &mut Translation,
+        operator: &str,
         window: Window,
         filter: [usize; 2],
         activation: Activation,
     ) -> Result<(), TfliteError> {
         let attributes = self.window(to, window, filter)?;
-        self.emit(to, "MaxPool", &[&name(self.input(0)?)], &attributes, activation)
+        self.emit(to, operator, &[&name(self.input(0)?)], &attributes, activation)
     }
 
     fn pad(&self, to: &mut Translation) -> Result<(), TfliteError> {
@@ -434,6 +475,71 @@ mod tests {
         let input = [1.0, -2.0, -5.0, -4.0, 0.0, 3.0, -7.0, -6.0];
         let kind = Kind::MaxPool2d(STRIDE_2, [2, 2], Activation::None);
         assert_close(&run(&single(kind, tensors), &input), &[3.0, -4.0]);
+    }
+
+    #[test]
+    fn the_mean_of_a_window_leaves_out_what_is_beyond_the_border() {
+        let tensors = vec![variable(&[1, 2, 3, 1]), variable(&[1, 1, 2, 1])];
+        let kind = Kind::AveragePool2d(STRIDE_2, [2, 2], Activation::None);
+        assert_close(&run(&single(kind, tensors), &[1.0, 2.0, 5.0, 3.0, 6.0, 9.0]), &[3.0, 7.0]);
+    }
+
+    #[test]
+    fn each_function_is_what_its_name_says() {
+        let functions: [(Kind, fn(f32) -> f32); 2] = [
+            (Kind::HardSwish, |x| x * (x + 3.0).clamp(0.0, 6.0) / 6.0),
+            (Kind::Logistic, |x| 1.0 / (1.0 + (-x).exp())),
+        ];
+        let input = [-4.0, -3.0, -1.5, 0.0, 0.5, 3.5];
+        for (kind, function) in functions {
+            let tensors = vec![variable(&[1, 1, 6, 1]), variable(&[1, 1, 6, 1])];
+            assert_close(&run(&single(kind, tensors), &input), &input.map(function));
+        }
+    }
+
+    #[test]
+    fn channels_are_multiplied_each_with_its_own_number() {
+        let tensors = vec![variable(&[1, 2, 2, 3]), floats(&[1, 1, 1, 3], 11), variable(&[1, 2, 2, 3])];
+        let (input, factors) = (numbers(12, 10), numbers(3, 11));
+        let expected: Vec<f32> = input.iter().enumerate().map(|(k, x)| x * factors[k % 3]).collect();
+        assert_close(&run(&single(Kind::Mul(Activation::None), tensors), &input), &expected);
+    }
+
+    /// Transposed convolution by its definition, channels last, one channel out, stride 2.
+    fn scattered(input: &[f32], [h, w, c]: [usize; 3], weights: &[f32], kernel: usize, bias: f32) -> Vec<f32> {
+        // TensorFlow centres a kernel that reaches beyond the result, and cuts the smaller half first.
+        let before = (kernel - 2) / 2;
+        let mut out = vec![bias; 4 * h * w];
+        for (y, x) in (0..h).flat_map(|y| (0..w).map(move |x| (y, x))) {
+            for (dy, dx) in (0..kernel).flat_map(|dy| (0..kernel).map(move |dx| (dy, dx))) {
+                let (row, column) = ((2 * y + dy).wrapping_sub(before), (2 * x + dx).wrapping_sub(before));
+                if row < 2 * h && column < 2 * w {
+                    let tap = (dy * kernel + dx) * c;
+                    out[row * 2 * w + column] +=
+                        (0..c).map(|i| input[(y * w + x) * c + i] * weights[tap + i]).sum::<f32>();
+                }
+            }
+        }
+        out
+    }
+
+    #[test]
+    fn a_transposed_convolution_adds_up_the_windows_of_its_pixels() {
+        for kernel in [2, 3, 4] {
+            let weights = floats(&[1, kernel, kernel, 4], 12);
+            let tensors = vec![variable(&[1, 3, 5, 4]), weights, floats(&[1], 13), variable(&[1, 6, 10, 1])];
+            let input = numbers(60, 14);
+            let expected = scattered(&input, [3, 5, 4], &numbers(4 * kernel * kernel, 12), kernel, numbers(1, 13)[0]);
+            assert_close(&run(&single(Kind::TransposeConv2d(STRIDE_2), tensors), &input), &expected);
+        }
+    }
+
+    #[test]
+    fn a_transposed_convolution_whose_result_has_another_size_is_an_error() {
+        let tensors =
+            vec![variable(&[1, 3, 5, 4]), floats(&[1, 2, 2, 4], 1), floats(&[1], 2), variable(&[1, 7, 10, 1])];
+        let error = to_onnx(&single(Kind::TransposeConv2d(STRIDE_2), tensors)).unwrap_err();
+        assert_eq!(error, TfliteError::BadOperator { operator: 0, what: "size of the result" });
     }
 
     #[test]
