@@ -48,6 +48,13 @@ impl Region {
         let [x, y] = self.axes();
         self.centre + (x * (unit.x - 0.5) + y * (unit.y - 0.5)) * self.side
     }
+
+    /// The point in the region's own coordinates of a picture's point.
+    pub fn unit(&self, pixel: &Vec2) -> Vec2 {
+        let from_centre = (pixel - self.centre) / self.side;
+        let [x, y] = self.axes();
+        Vec2::new(x.dot(&from_centre) + 0.5, y.dot(&from_centre) + 0.5)
+    }
 }
 
 /// How much two regions may differ.
@@ -226,6 +233,13 @@ mod tests {
                 assert!((found - expected).norm() < 1e-2, "{side} {size} {angle}: {found} {expected}");
             }
         }
+    }
+
+    #[test]
+    fn a_point_has_one_place_in_a_region() {
+        let region = Region { centre: Vec2::new(12.0, -7.0), side: 33.0, angle: 0.7 };
+        let unit = Vec2::new(0.2, 1.3);
+        assert!((region.unit(&region.point(&unit)) - unit).norm() < 1e-12);
     }
 
     #[test]

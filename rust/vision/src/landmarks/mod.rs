@@ -4,6 +4,7 @@
 //! - [`FaceLandmarker::find`]: a single picture. [`FaceLandmarker::follow`]: the next frame of a video.
 //! - [`FaceLandmarker::detect`]: only whether and where faces are.
 //! - [`face_mask`]: the pixels of the face's skin.
+//! - [`FaceLandmarker::person`]: the person around a face, and what is behind.
 //!
 //! # Conventions
 //! Pixels, x right, y down, pixel centres at integers. "Left" and "right" are the subject's. The nets are Google's
@@ -16,12 +17,14 @@ mod iris;
 mod mask;
 mod mesh;
 mod net;
+mod person;
 mod rounded;
 
 pub use detector::DetectedFace;
 pub use error::LandmarkError;
 pub use iris::Iris;
 pub use mask::{MaskOptions, face_mask};
+pub use person::PersonMask;
 
 use crop::{Nearness, Region};
 use detector::FaceFinder;
@@ -30,6 +33,7 @@ use image::RgbImage;
 use iris::IrisNet;
 use mesh::{MeshNet, region_of};
 use net::Threads;
+use person::PersonNet;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -119,6 +123,7 @@ pub struct FaceLandmarker {
     finder: FaceFinder,
     mesh: MeshNet,
     iris: IrisNet,
+    person: PersonNet,
 }
 
 impl FaceLandmarker {
@@ -135,6 +140,7 @@ impl FaceLandmarker {
             finder: FaceFinder::load(nets_dir, &threads)?,
             mesh: MeshNet::load(nets_dir, &threads)?,
             iris: IrisNet::load(nets_dir, &threads)?,
+            person: PersonNet::load(nets_dir, &threads)?,
             threads,
         })
     }
@@ -192,6 +198,15 @@ impl FaceLandmarker {
                 _ => self.search(image, |face, count| near(face) || (count <= 1 && previous.faces_in_picture <= 1)),
             }
         })
+    }
+
+    /// The person around a face of a picture.
+    ///
+    /// # Errors
+    /// [`LandmarkError`] when the picture is empty or the net fails.
+    pub fn person(&self, image: &RgbImage, face: &Face) -> Result<PersonMask, LandmarkError> {
+        check(image)?;
+        self.threads.run(|| self.person.mask(image, face))
     }
 
     /// The first face, in the detector's order, that is beyond doubt and that `wanted` (given the face and how many
