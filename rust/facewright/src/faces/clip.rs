@@ -1,5 +1,6 @@
 //! A clip that was looked at: the faces, the head that their landmarks give, and where it is in every frame.
 
+use super::person::People;
 use super::{Faces, KnownHead, Placing, landmarks_of, look_at};
 use crate::frames::Octave;
 use crate::patches::octave;
@@ -10,7 +11,9 @@ use head::fit::{FitOptions, FrameObservation, LandmarkFit, fit_landmarks};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::ops::Range;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use vision::landmarks::PersonMask;
 
 /// In every so many frames of those that are seen at first, a face is sought that is small or tilted, before a clip is believed to show
 /// none.
@@ -53,6 +56,7 @@ pub struct Clip<'a> {
     pub known: KnownHead,
     /// The octave in which it is tracked.
     pub octave: Octave,
+    people: People<'a>,
 }
 
 impl<'a> Clip<'a> {
@@ -89,6 +93,15 @@ impl<'a> Clip<'a> {
     /// Pose of the head by the landmarks of a frame that was looked at; by its points in another.
     pub fn pose(&self, frame: usize) -> Transform {
         self.known.pose(frame).unwrap_or_else(Transform::identity)
+    }
+
+    /// The person in a frame, with hair and clothes, told from what is behind; `None` where the nets saw no face, or did not look.
+    /// Found when it is asked for first.
+    ///
+    /// # Errors
+    /// Those of reading the frame, and of the net.
+    pub fn person(&self, frame: usize) -> Result<Option<Arc<PersonMask>>, FacewrightError> {
+        self.people.of(frame, self.frames, &self.faces)
     }
 }
 
@@ -201,7 +214,8 @@ impl<'a> Looking<'a, '_> {
         let landmark_fit = fit_landmarks(head, &self.camera.camera, &seen, &options, progress)?;
         let known = KnownHead::by_landmarks(&landmark_fit);
         let octave = octave(faces.eye_distance());
-        Ok(Clip { frames: self.frames, head, faces, seen, landmark_fit, known, octave })
+        let people = People::new(&self.assets.landmarker, self.frames.len());
+        Ok(Clip { frames: self.frames, head, faces, seen, landmark_fit, known, octave, people })
     }
 
     /// Places the head in the frames of those gaps between looks that are wanted.

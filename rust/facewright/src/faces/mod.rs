@@ -7,11 +7,12 @@
 //! # Order of work
 //! The nets look at a few dozen frames spread over the clip ([`observe`]), and at more of them where the face comes, goes or moves fast;
 //! the landmarks give a head ([`fit`]); points place it in the frames between ([`place`]), and where they lose it the nets look
-//! again ([`clip`]). [`select`] says which frames are good for shape and texture.
+//! again ([`clip`]). [`person`] tells the person from what is behind, [`select`] says which frames are good for shape and texture.
 
 mod clip;
 mod fit;
 mod look;
+mod person;
 mod place;
 mod select;
 
