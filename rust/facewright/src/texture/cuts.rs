@@ -1,13 +1,14 @@
 //! What the textures need of the frames, cut out of them: a frame of a large film is mostly wall, and dozens of them are looked at together.
 
+use super::skin_tone::SkinTone;
 use crate::FacewrightError;
 use crate::faces::Clip;
 use crate::head::Measured;
 use geometry::{Camera, Transform, Vec2};
-use image::{RgbImage, imageops};
+use image::{GrayImage, Luma, RgbImage, imageops};
 use raster::Window;
 use rayon::prelude::*;
-use vision::landmarks::Iris;
+use vision::landmarks::{Face, Iris, PersonMask};
 
 /// Pixels around what is cut out of a frame.
 const EDGE: i32 = 8;
@@ -20,6 +21,8 @@ pub struct Cut {
     pub image: RgbImage,
     /// The frame's pixel that is its first.
     corner: [u32; 2],
+    /// 255 where it may show the head's skin or hair, 0 on the wall and on cloth; `None` where that is not known.
+    pub skin: Option<GrayImage>,
 }
 
 impl Cut {
@@ -29,7 +32,20 @@ impl Cut {
         let size = [picture.width(), picture.height()];
         let [corner, last] = [low, high].map(|at| [0, 1].map(|k| within(at[k], size[k])));
         let [width, height] = [0, 1].map(|k| last[k] - corner[k] + 1);
-        Self { image: imageops::crop_imm(picture, corner[0], corner[1], width, height).to_image(), corner }
+        let image = imageops::crop_imm(picture, corner[0], corner[1], width, height).to_image();
+        Self { image, corner, skin: None }
+    }
+
+    /// With what it shows of a person, whose skin has this tone.
+    fn showing(mut self, person: &PersonMask, face: &Face, tone: Option<&SkinTone>) -> Self {
+        let corner = Vec2::new(f64::from(self.corner[0]), f64::from(self.corner[1]));
+        let mut skin = GrayImage::from_pixel(self.image.width(), self.image.height(), Luma([255]));
+        person.clear_outside(&mut skin, 0.0, |pixel| pixel + corner);
+        if let Some(tone) = tone {
+            tone.clear_below_face(&mut skin, &self.image, face, &corner);
+        }
+        self.skin = Some(skin);
+        self
     }
 
     fn place(&self, pixel: &Vec2) -> Vec2 {
@@ -61,12 +77,25 @@ pub fn cuts(
 ) -> Result<Vec<Cuts>, FacewrightError> {
     let cuts = |(i, (frame, pose)): (usize, &(usize, Transform))| {
         let picture = clip.frames.picture(*frame)?;
-        let head = picked.contains(&i).then(|| head(&picture, measured, pose));
+        let head = if picked.contains(&i) { Some(shown_head(clip, *frame, &picture, measured, pose)?) } else { None };
         let irises = clip.faces.face(*frame).map(|face| &face.irises);
         let eyes = [0, 1].map(|side| irises.map(|irises| &irises[side]).and_then(|iris| eye(&picture, iris)));
         Ok(Cuts { head, eyes })
     };
     chosen.par_iter().enumerate().map(cuts).collect()
+}
+
+/// The head, with what may colour it.
+fn shown_head(
+    clip: &Clip,
+    frame: usize,
+    picture: &RgbImage,
+    measured: &Measured,
+    pose: &Transform,
+) -> Result<Cut, FacewrightError> {
+    let cut = head(picture, measured, pose);
+    let Some((face, person)) = clip.faces.face(frame).zip(clip.person(frame)?) else { return Ok(cut) };
+    Ok(cut.showing(&person, face, SkinTone::of(picture, face).as_ref()))
 }
 
 /// The head, or the whole frame where it is not in it.

@@ -1,7 +1,9 @@
 //! Textures of the finished shape: the skin's atlas from the chosen frames, and the eyes' picture from the irises.
+//! What is behind the person ([`Clip::person`]) and the clothes below the chin ([`skin_tone`]) never colour skin.
 
 mod cuts;
 pub mod paper_eyes;
+mod skin_tone;
 
 use crate::faces::Clip;
 use crate::head::Measured;
@@ -57,7 +59,7 @@ pub fn make_textures(
     let view = |&i: &usize| {
         let cut = cuts[i].head.as_ref()?;
         let (image, camera) = (&cut.image, cut.camera(&measured.camera));
-        Some(View { image, camera, cam_from_head: poses[i], mask: None, sharpness: sharpness[i] })
+        Some(View { image, camera, cam_from_head: poses[i], mask: cut.skin.as_ref(), sharpness: sharpness[i] })
     };
     let views: Vec<View> = picked.iter().filter_map(view).collect();
     let options = BakeOptions {
