@@ -13,7 +13,7 @@ use crate::camera::starting_camera;
 use crate::faces::{Clip, KnownHead, SelectOptions, candidates, judge_all, yaw_pitch};
 use crate::frames::Octave;
 use crate::patches::{
-    Anchors, REFERENCE_PX, Scene, Search, SearchOptions, Seed, SkinPoint, Surface, TrackedSkin, View, seeds,
+    Anchors, Hair, REFERENCE_PX, Scene, Search, SearchOptions, Seed, SkinPoint, Surface, TrackedSkin, View, seeds,
 };
 use crate::reason::{FrameReason, Told};
 use crate::{Assets, CameraSource, Faces, FacewrightError, FrameSet, Method, Schema, SizeOptions, SourcedCamera};
@@ -38,6 +38,9 @@ const UNFIT_DEG: f64 = 20.0;
 const FARTHEST_TURN_DEG: f64 = 34.0;
 /// … and with a measured one, which predicts how patches are warped.
 const FARTHEST_TURN_MEASURED_DEG: f64 = 40.0;
+
+/// Points are chosen so far from hair, pixels of what is tracked in: a corner's own window.
+const HAIR_MARGIN: i64 = 3;
 
 /// Times of the steps of [`track`], in parts: faces, tracks.
 const PARTS: [f64; 2] = [50.0, 50.0];
@@ -344,9 +347,10 @@ impl<'a> Sequence<'a> {
         let mut references: Vec<Reference> = Vec::new();
         for (shot, scene) in shots.iter().zip(scenes) {
             progress.step(references.len(), shots.len())?;
+            let skin = self.skin(scene, shot.index)?;
             let seeds = match self.corners {
-                Corners::New => self.new_corners(scene, &references)?,
-                Corners::All(_) => self.all_corners(scene, shot.index)?,
+                Corners::New => self.new_corners(scene, &skin, &references)?,
+                Corners::All(_) => self.all_corners(scene, skin, shot.index)?,
             };
             let first = references.last().map_or(0, |r| r.first + r.anchors.seeds.len());
             let anchors = Anchors::take(scene, seeds, &self.search)?;
@@ -355,11 +359,30 @@ impl<'a> Sequence<'a> {
         Ok(references)
     }
 
+    /// The skin of a frame that is well within the person and not under hair: where the landmarks promise skin and the picture shows the
+    /// wall or a fringe, points would be theirs.
+    fn skin(&self, scene: &Scene, index: usize) -> Result<GrayImage, FacewrightError> {
+        let (mut skin, outside) = (scene.skin.mask.clone(), |pixel: &Vec2| self.octave.outside(pixel));
+        if let Some((face, person)) = self.clip.faces.face(index).zip(self.clip.person(index)?) {
+            person.clear_outside(&mut skin, person.rim(), outside);
+            let picture = self.clip.frames.picture(index)?;
+            if let Some(hair) = Hair::of(&picture, face, &person) {
+                hair.clear(&mut skin, HAIR_MARGIN, outside);
+            }
+        }
+        Ok(skin)
+    }
+
     /// Corners away from the points that other reference frames have given, and from where the skin turns away.
-    fn new_corners(&self, scene: &Scene, references: &[Reference]) -> Result<Vec<Seed>, FacewrightError> {
+    fn new_corners(
+        &self,
+        scene: &Scene,
+        skin: &GrayImage,
+        references: &[Reference],
+    ) -> Result<Vec<Seed>, FacewrightError> {
         let window = self.search.window(&scene.view);
         let mut free = scene.view.shared(&scene.view, self.search.least_cosine(), window / 4);
-        free.iter_mut().zip(scene.skin.mask.iter()).for_each(|(free, mask)| *free &= mask);
+        free.iter_mut().zip(skin.iter()).for_each(|(free, skin)| *free &= skin);
         let mut known = 0;
         for reference in references {
             let again = reference.anchors.search(scene, &self.search)?;
@@ -372,8 +395,8 @@ impl<'a> Sequence<'a> {
     }
 
     /// All corners of the skin that faces the camera.
-    fn all_corners(&self, scene: &Scene, index: usize) -> Result<Vec<Seed>, FacewrightError> {
-        let (mut free, window) = (scene.skin.mask.clone(), self.search.window(&scene.view) as f64);
+    fn all_corners(&self, scene: &Scene, mut free: GrayImage, index: usize) -> Result<Vec<Seed>, FacewrightError> {
+        let window = self.search.window(&scene.view) as f64;
         self.disabled(index).for_each(|pixel| clear_disc(&mut free, &pixel, window));
         let mut seeds = seeds(scene, &free, &self.search.corners(scene, self.options.points))?;
         let cosine = self.search.least_cosine();
