@@ -7,7 +7,8 @@
 //! - [`features::align_features`]: lips, lids and brows slid to where the frames show them.
 //! - [`surface::SkinSurface`]: closest points on the skin.
 //! - [`transfer::KeyTransfer`]: all expression keys transferred to the person.
-//! - [`neutral::Rest`]: the face at rest. [`extend`], [`soft`], [`ears`]: what was not measured, lids and lips, ears in one piece.
+//! - [`neutral::Rest`]: the face at rest. [`extend`], [`soft`], [`ears`],
+//!   [`forehead`]: what was not measured, lids and lips, ears in one piece, foreheads without a hollow.
 //! - [`unfold::unfold`]: no triangle turned over.
 //! - [`eyes`]: eyeballs fitted to sockets and irises; lashes, teeth and tongue. [`eyes_paper`]: the paper's eyes.
 //! - [`expressions::expressions`], [`visemes::viseme_keys`]: named sums of keys.
@@ -27,6 +28,7 @@ pub mod eyes;
 pub mod eyes_paper;
 pub mod features;
 pub mod fit;
+pub mod forehead;
 mod format;
 mod generic;
 pub mod gradient;

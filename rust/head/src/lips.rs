@@ -20,6 +20,8 @@ const KEEPS: f64 = 0.009;
 const SEAL: f64 = 6e-4;
 /// Corners begin this far from the last vertices that meet, metres on the generic head.
 const LAST_CONTACT: (f64, f64) = (0.001, 0.004);
+/// Vertices of lips that touch are no farther apart, metres.
+const TOUCH: f64 = 2.5e-4;
 /// What the map averages over, metres: the height of both lips.
 const REACH: f64 = 0.014;
 
@@ -50,12 +52,13 @@ pub fn close_lips(generic: &GenericHead, positions: &mut [Vec3]) -> Result<(), H
     Ok(())
 }
 
-/// Vertices that touch lie by one another as they do on the generic head: a face that is sheared where its lips meet would part them, or
-/// push one through the other.
+/// Vertices that touch lie by one another as they do on the generic head, but nearer than [`TOUCH`]: a face that is sheared where its
+/// lips meet would part them, or push one through the other.
 fn meet(generic: &GenericHead, warp: &LocalWarp<'_>, positions: &mut [Vec3]) {
     for [a, b] in generic.lip_contacts.iter().map(|pair| pair.map(|v| v as usize)) {
         let (middle, apart) = (positions[a].lerp(&positions[b], 0.5), generic.positions[a] - generic.positions[b]);
-        let half = apart * (0.5 * warp.at(&generic.positions[a]).scale);
+        let apart = apart * warp.at(&generic.positions[a]).scale;
+        let half = apart * (0.5 * TOUCH / apart.norm().max(TOUCH));
         (positions[a], positions[b]) = (middle + half, middle - half);
     }
 }
@@ -164,6 +167,8 @@ mod tests {
         let apart = |of: &[Vec3]| {
             median(generic.lip_contacts.iter().map(|[a, b]| (of[*a as usize] - of[*b as usize]).y)).unwrap()
         };
-        assert!((apart(&sheared) - apart(&generic.positions)).abs() < 1e-4, "{}", apart(&sheared));
+        assert!(apart(&sheared).abs() < TOUCH, "{}", apart(&sheared));
+        let open = |[a, b]: &[u32; 2]| (sheared[*a as usize] - sheared[*b as usize]).norm();
+        assert!(generic.lip_contacts.iter().all(|pair| open(pair) < TOUCH + 1e-9));
     }
 }

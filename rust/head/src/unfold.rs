@@ -17,7 +17,9 @@ const ROUNDS: usize = 40;
 pub fn unfold(generic: &GenericHead, positions: &mut [Vec3]) -> usize {
     let triangles = generic.outer_skin();
     let Some(form) = placed(generic, positions) else { return triangles.len() };
-    let edges: Vec<[u32; 2]> = mesh::quad_edges(&generic.quads[generic.skin().quads.clone()]);
+    let edges: BTreeSet<[u32; 2]> =
+        triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)])).collect();
+    let edges: Vec<[u32; 2]> = edges.into_iter().collect();
     let rings = mesh::neighbours(generic.positions.len(), &edges);
     let mut folded = BTreeSet::new();
     for _ in 0..ROUNDS {

@@ -4,6 +4,7 @@ use super::{Measured, features, unseen};
 use crate::FacewrightError;
 use crate::faces::Clip;
 use geometry::Vec3;
+use head::forehead::fill_forehead;
 use head::neutral::Rest;
 use head::soft::set_soft_parts;
 
@@ -16,7 +17,8 @@ pub fn finish(clip: &Clip, measured: &Measured) -> Result<Vec<Vec3>, FacewrightE
     let (head, fit) = (clip.head, &clip.landmark_fit);
     let rest = Rest::of(head, fit);
     let calm = rest.apply(head, &measured.positions, fit.scale);
-    let whole = unseen::replace_unseen(head, &calm, &measured.points);
+    let mut whole = unseen::replace_unseen(head, &calm, &measured.points);
+    fill_forehead(head, &mut whole);
     let form = rest.apply(head, &head.with_identity(&fit.coefficients), 1.0);
     let soft = set_soft_parts(head, &whole, &form, rest.mouth_moved);
     features::align(clip, measured, &soft, &rest)
