@@ -46,14 +46,14 @@ fn with_both(path: &Path) -> String {
 /// For a file that was given more than once.
 fn numbered(names: &[String], taken: &BTreeSet<String>) -> Vec<String> {
     let mut taken = taken.clone();
-    let mut number = |name: &String| {
+    let number = |name: &String| {
         let free = |name: &String| !taken.contains(name);
         let next = std::iter::once(name.clone()).chain((2..).map(|k| format!("{name}_{k}"))).find(free);
         let next = next.unwrap_or_default();
         taken.insert(next.clone());
         next
     };
-    names.iter().map(|name| number(name)).collect()
+    names.iter().map(number).collect()
 }
 
 #[cfg(test)]
