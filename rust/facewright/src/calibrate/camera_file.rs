@@ -88,6 +88,9 @@ impl CameraFile {
         if let Some(camera) = other_cameras::read(text) {
             return Ok(Self::Numbers(SourcedCamera { camera: camera?, source: CameraSource::Board }));
         }
+        if !text.trim_start().starts_with(['{', '[']) {
+            return Err("it is neither a camera.json nor a calibration that OpenCV, ROS or Kalibr wrote".to_owned());
+        }
         let mut whole: Value = serde_json::from_str(text).map_err(|e| format!("it is not JSON: {e}"))?;
         if let Some(sentence) = too_new(&whole) {
             return Err(sentence);
@@ -148,6 +151,7 @@ mod tests {
         for (text, sentence) in [
             ("{", "it is not JSON"),
             ("[]", "it holds no camera"),
+            ("pinhole:\n  fx: 700", "neither a camera.json nor a calibration that OpenCV, ROS or Kalibr wrote"),
             (r#"{"cameras": []}"#, "a rig of several cameras"),
             (r#"{"width": 3}"#, "it has no height"),
             (r#"{"schema": 7, "width": 3}"#, "a newer Facewright wrote it (schema 7"),
