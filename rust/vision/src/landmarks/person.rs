@@ -15,7 +15,8 @@ use std::path::Path;
 const TOP: usize = 10;
 const CHIN: usize = 152;
 /// Edge of the square in terms of the distance between them: it holds hair as high as a face, and shoulders. (On 9 pictures of
-/// 1280 × 720 the outline's median error is 1 pixel at this size, and twice that at half or one and a half times of it.)
+/// 1280 × 720 with a known outline the median error is 1.0 pixel, the 90th percentile 6.4; 1.2 and 7 in a square larger by an eighth,
+/// 1.5 and 28 in one smaller by a quarter.)
 const REGION_PER_FACE: f64 = 3.2;
 /// From this probability on a cell shows the person.
 const PERSON: f32 = 0.5;
@@ -54,8 +55,8 @@ impl PersonMask {
         self.at(pixel, &self.distance)
     }
 
-    /// How far within the outline a pixel surely shows the person, pixels: the outline lies within 1 pixel in the median, and within
-    /// a cell and a half in all but the worst places.
+    /// How far within the outline a pixel is to be trusted to show the person, pixels: three times the outline's median error, and no
+    /// less than a cell and a half.
     pub fn rim(&self) -> f64 {
         (RIM_CELLS * self.region.side / self.side as f64).max(RIM_PX)
     }
@@ -85,7 +86,8 @@ impl PersonMask {
         };
         let ((column, right), (row, down)) = (place(unit.x), place(unit.y));
         let i = row * self.side + column;
-        let mix = |a: f32, b: f32, t: f32| if t == 0.0 { a } else { a + (b - a) * t };
+        // Between equals nothing is mixed: they may be infinite.
+        let mix = |a: f32, b: f32, t: f32| if a == b { a } else { a + (b - a) * t };
         let above = mix(cells[i], cells[i + 1], right);
         Some(f64::from(mix(above, mix(cells[i + self.side], cells[i + self.side + 1], right), down)))
     }
