@@ -270,15 +270,13 @@ impl Step<'_> {
         let &[_, rows, columns, _] = to.shape(weights) else { return Err(self.bad("weights")) };
         let values = to.floats(weights).ok_or(self.bad("weights"))?;
         let (shape, values) = permute(values, to.shape(weights), &[3, 0, 1, 2]);
-        let [(top, bottom), (left, right)] =
-            [(h, h_out, rows, window.stride[0]), (w, w_out, columns, window.stride[1])]
-                .map(|(input, output, kernel, stride)| same_padding(output, input, kernel, stride, 1));
-        if [(h, h_out, rows, window.stride[0], top + bottom), (w, w_out, columns, window.stride[1], left + right)]
-            .iter()
-            .any(|&(input, output, kernel, stride, cut)| (input - 1) * stride + kernel != output + cut)
-        {
-            return Err(self.bad("size of the result"));
-        }
+        let cut = |input: usize, output: usize, kernel: usize, stride: usize| {
+            let (before, after) = same_padding(output, input, kernel, stride, 1);
+            let is_whole = input.saturating_sub(1) * stride + kernel == output + before + after;
+            is_whole.then_some((before, after)).ok_or(self.bad("size of the result"))
+        };
+        let (top, bottom) = cut(h, h_out, rows, window.stride[0])?;
+        let (left, right) = cut(w, w_out, columns, window.stride[1])?;
         let list = |numbers: &[usize]| numbers.iter().map(|&n| n as i64).collect::<Vec<_>>();
         let attributes = [
             Attribute::Ints("kernel_shape", list(&[rows, columns])),
