@@ -66,7 +66,7 @@ pub use assets::Assets;
 pub use camera::{CameraSource, SourcedCamera};
 pub use error::FacewrightError;
 pub use error_group::ErrorGroup;
-pub use faces::{FaceFrame, Faces, Look, find_faces};
+pub use faces::{Appearance, FaceFrame, FaceOptions, Faces, Followed, Look, Pixel, find_faces, find_faces_of};
 pub use files::{check_folder, write_drawing, write_json, write_text};
 pub use formats::Schema;
 pub use frames::{Frame, FrameSet, RigFrames, pictures_in};

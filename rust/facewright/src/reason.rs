@@ -21,6 +21,8 @@ pub enum ReasonKind {
     FewPoints,
     /// No face was found.
     NoFace,
+    /// Of another shot than the one that is used.
+    OtherShot,
     /// Less sharp than the clip usually is.
     Blurred,
     /// Landmarks are far from the head.
@@ -60,6 +62,7 @@ impl ReasonKind {
             Self::Yaw => "used",
             Self::FewPoints => "few points",
             Self::NoFace => "no face",
+            Self::OtherShot => "another shot",
             Self::Blurred => "blurred",
             Self::Covered => "face covered or misread",
             Self::EyesClosed => "eyes closed",
@@ -88,6 +91,8 @@ pub enum FrameReason {
     FewPoints(usize),
     /// [`ReasonKind::NoFace`].
     NoFace,
+    /// [`ReasonKind::OtherShot`].
+    OtherShot,
     /// [`ReasonKind::Blurred`]: sharpness as a part of the clip's usual one.
     Blurred(f64),
     /// [`ReasonKind::Covered`]: distance of its landmarks from the head, pixels.
@@ -130,6 +135,7 @@ impl FrameReason {
             Self::Yaw(_) => ReasonKind::Yaw,
             Self::FewPoints(_) => ReasonKind::FewPoints,
             Self::NoFace => ReasonKind::NoFace,
+            Self::OtherShot => ReasonKind::OtherShot,
             Self::Blurred(_) => ReasonKind::Blurred,
             Self::Covered(_) => ReasonKind::Covered,
             Self::EyesClosed => ReasonKind::EyesClosed,
@@ -226,7 +232,8 @@ mod tests {
         let few = MotionError::TooFewPoints { found: 2, needed: 6 };
         let with_numbers = [R::Yaw(-12.4), R::FewPoints(7), R::Blurred(0.2), R::Covered(4.0), R::Expression(0.8)];
         let of_motion = [R::Contradicted(12.0), R::FewAgree { agree: 3, shown: 20 }, R::Unplaced(few)];
-        let plain = [R::NoFace, R::EyesClosed, R::Alike, R::Enough, R::BetweenLooks, R::NoPose, R::FromTheSide];
+        let plain =
+            [R::NoFace, R::OtherShot, R::EyesClosed, R::Alike, R::Enough, R::BetweenLooks, R::NoPose, R::FromTheSide];
         let rest = [R::NothingFound, R::NotTracked, R::Unplaced(no_pose)];
         with_numbers.into_iter().chain(of_motion).chain(plain).chain(rest).collect()
     }

@@ -3,15 +3,15 @@
 
 use crate::camera::starting_camera;
 use crate::clock::Clock;
-use crate::faces::{Clip, KnownHead, median};
+use crate::faces::{Clip, Known, KnownHead, median};
 use crate::head::{Measured, MeasuredFrame, eyes, paper, rest, shape};
 use crate::motion::{Rig, solve_on_films};
 use crate::reason::Told;
 use crate::texture::{make_textures, paper_eyes, plain};
 use crate::track::{Corners, track_head};
 use crate::{
-    Assets, CameraSource, FacewrightError, FitReport, FrameReport, FrameSet, Given, HeadMotion, Method, MotionOptions,
-    Reconstruction, Report, Scale, SizeOptions, SourcedCamera, TrackClipOptions, Tracks, solve_motion,
+    Assets, CameraSource, FaceOptions, FacewrightError, FitReport, FrameReport, FrameSet, Given, HeadMotion, Method,
+    MotionOptions, Reconstruction, Report, Scale, SizeOptions, SourcedCamera, TrackClipOptions, Tracks, solve_motion,
 };
 use clap::Args;
 use geometry::Progress;
@@ -35,11 +35,20 @@ pub struct ReconstructOptions {
     #[command(flatten)]
     #[serde(flatten)]
     pub size: SizeOptions,
+    /// Whose head it is.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub person: FaceOptions,
 }
 
 impl Default for ReconstructOptions {
     fn default() -> Self {
-        Self { method: Method::Default, texture_size: 2048, size: SizeOptions::default() }
+        Self {
+            method: Method::Default,
+            texture_size: 2048,
+            size: SizeOptions::default(),
+            person: FaceOptions::default(),
+        }
     }
 }
 
@@ -120,7 +129,8 @@ pub(crate) fn run(
         progress.split(&weights(given, options.method));
     let (mut clock, head) = (Clock::start(), &assets.head);
     let sourced = starting_camera(frames, given.camera.as_ref())?;
-    let clip = Clip::look(frames, assets, given.faces.as_ref(), &sourced, &options.size, &looking)?;
+    let known = Known { faces: given.faces.as_ref(), camera: &sourced, size: &options.size, person: &options.person };
+    let clip = Clip::look(frames, assets, &known, &looking)?;
     rig.map_or(Ok(()), |rig| rig.check(&clip))?;
     clock.lap("faces");
     let solver = Solver { given, size: &options.size, rig };

@@ -9,7 +9,7 @@ use crate::job::{Job, Output};
 use crate::options::{MatchOptions, MotionOptions, ReconstructOptions, TrackOptions};
 use crate::reconstruction::Reconstruction;
 use facewright::program::{draw_match, match_steps, open_frames};
-use facewright::{FacewrightError, FrameSet, RigFrames, solve_motion, solve_motion_on_rig};
+use facewright::{FaceOptions, FacewrightError, FrameSet, RigFrames, solve_motion, solve_motion_on_rig};
 use geometry::Progress;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -53,17 +53,23 @@ pub fn match_pair(
 /// Find the face in image files, folders or videos; the job's result is Faces.
 ///
 /// `frames` are in the order of time. `camera` is a Camera, or the text of its file; without it the focal length is
-/// estimated.
+/// estimated. Of several faces, `face` is a pixel of the one to follow where the clip begins.
 ///
 /// The job raises InputError for frames that cannot be read, CameraError for the camera of another size, FilmError
 /// where no frame shows a face.
 #[pyfunction]
-#[pyo3(signature = (frames, *, assets, camera = None))]
-pub fn find_faces(frames: Vec<PathBuf>, assets: AssetsArgument<'_>, camera: Option<Or<Camera>>) -> PyResult<Job> {
+#[pyo3(signature = (frames, *, assets, camera = None, face = None))]
+pub fn find_faces(
+    frames: Vec<PathBuf>,
+    assets: AssetsArgument<'_>,
+    camera: Option<Or<Camera>>,
+    face: Option<(f64, f64)>,
+) -> PyResult<Job> {
     let (given, assets) = (given(camera.as_ref(), None, None, None)?, assets.handle());
+    let options = FaceOptions { face: face.map(Into::into) };
     Job::start(move |progress| {
         let (frames, progress) = open_frames(&frames, progress)?;
-        let faces = facewright::find_faces(&frames, &*assets.load()?, given.camera.as_ref(), &progress)?;
+        let faces = facewright::find_faces_of(&frames, &*assets.load()?, given.camera.as_ref(), &options, &progress)?;
         Ok(Output::Faces(Box::new(faces)))
     })
 }

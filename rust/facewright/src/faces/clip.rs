@@ -1,7 +1,10 @@
 //! A clip that was looked at: the faces, the head that their landmarks give, and where it is in every frame.
 
+use super::look::CHUNK;
 use super::person::People;
-use super::{Faces, KnownHead, Placing, landmarks_of, look_at};
+use super::shots::{leave_out_others, undecided};
+use super::whose::another;
+use super::{FaceOptions, Faces, Followed, KnownHead, Placing, landmarks_of, look_at};
 use crate::frames::Octave;
 use crate::patches::octave;
 use crate::{Assets, FacewrightError, FrameSet, SizeOptions, SourcedCamera};
@@ -59,6 +62,18 @@ pub struct Clip<'a> {
     people: People<'a>,
 }
 
+/// What is known before anybody looks.
+pub struct Known<'a> {
+    /// Faces that were found before.
+    pub faces: Option<&'a Faces>,
+    /// The camera.
+    pub camera: &'a SourcedCamera,
+    /// What is known of the head's size.
+    pub size: &'a SizeOptions,
+    /// Whose face it is about.
+    pub person: &'a FaceOptions,
+}
+
 impl<'a> Clip<'a> {
     /// Looks at the frames, or takes the faces given, and places the head in all.
     ///
@@ -67,12 +82,11 @@ impl<'a> Clip<'a> {
     pub fn look(
         frames: &'a FrameSet,
         assets: &'a Assets,
-        given: Option<&Faces>,
-        camera: &SourcedCamera,
-        size: &SizeOptions,
+        known: &Known,
         progress: &Progress,
     ) -> Result<Self, FacewrightError> {
-        let looking = Looking { frames, assets, camera, size, triangles: assets.head.outer_skin() };
+        let (given, triangles) = (known.faces, assets.head.outer_skin());
+        let looking = Looking { frames, assets, known, triangles };
         let looks = given.map_or(frames.len().div_ceil(step(frames)), |faces| faces.looked().len());
         let finishes = finishes(looks, frames.len());
         let first = if given.is_some() { 0.0 } else { looks as f64 };
@@ -109,8 +123,7 @@ impl<'a> Clip<'a> {
 struct Looking<'a, 'b> {
     frames: &'a FrameSet,
     assets: &'a Assets,
-    camera: &'b SourcedCamera,
-    size: &'b SizeOptions,
+    known: &'b Known<'b>,
     triangles: Vec<[u32; 3]>,
 }
 
@@ -126,6 +139,7 @@ impl<'a> Looking<'a, '_> {
             return Ok(faces);
         }
         self.look(&mut faces, &every(step), &looking)?;
+        faces = self.of_person(faces, &every(step), &looking)?;
         let mut wanted = comings_and_goings(&faces);
         while !wanted.is_empty() {
             let [round, later] = further.round();
@@ -138,12 +152,42 @@ impl<'a> Looking<'a, '_> {
                 every(step.div_ceil(2)).into_iter().filter(|&f| faces.look(f).is_none()).collect();
             self.look(&mut faces, &between, &further)?;
         }
+        self.find_shots(faces, &further)
+    }
+
+    /// Looks where a cut is until it is known to the frame, and leaves out all but the longest shot.
+    fn find_shots(&self, mut faces: Faces, progress: &Progress) -> Result<Faces, FacewrightError> {
+        if self.frames.films().count() > 1 {
+            return Ok(faces);
+        }
+        let mut wanted = undecided(&faces);
+        while !wanted.is_empty() {
+            self.look(&mut faces, &wanted, progress)?;
+            wanted = undecided(&faces);
+        }
+        leave_out_others(&mut faces);
         Ok(faces)
     }
 
     /// Lets the nets look at more frames.
     fn look(&self, faces: &mut Faces, wanted: &[usize], progress: &Progress) -> Result<(), FacewrightError> {
-        look_at(faces, wanted, self.frames, &self.assets.landmarker, progress)
+        look_at(faces, (wanted, &[]), self.frames, &self.assets.landmarker, progress)
+    }
+
+    /// Looks again for another face where the largest one is not the one that the clip is about.
+    fn of_person(&self, faces: Faces, wanted: &[usize], progress: &Progress) -> Result<Faces, FacewrightError> {
+        let several = faces.frames.iter().filter_map(|frame| frame.look.as_ref()?.face.as_ref());
+        if self.frames.films().count() > 1 || !several.into_iter().any(|face| face.faces_in_picture > 1) {
+            return Ok(faces);
+        }
+        let (landmarker, options) = (&self.assets.landmarker, (self.known.person, CHUNK / 2));
+        let Some((known, why)) = another(&faces, self.frames, landmarker, options, progress)? else {
+            let followed = if self.known.person.face.is_some() { Followed::Chosen } else { Followed::Largest };
+            return Ok(Faces { followed, ..faces });
+        };
+        let mut faces = Faces { followed: why, ..Faces::unseen(self.frames) };
+        look_at(&mut faces, (wanted, &known), self.frames, landmarker, progress)?;
+        Ok(faces)
     }
 
     /// Whether any of these frames shows a face; a clip without one is told so soon.
@@ -206,12 +250,12 @@ impl<'a> Looking<'a, '_> {
         }
         let seen = landmarks_of(&faces);
         let options = FitOptions {
-            focal_sigma: self.camera.source.focal_sigma(),
-            size: self.size.head_size(),
+            focal_sigma: self.known.camera.source.focal_sigma(),
+            size: self.known.size.head_size(),
             ..FitOptions::default()
         };
         let head = &self.assets.head;
-        let landmark_fit = fit_landmarks(head, &self.camera.camera, &seen, &options, progress)?;
+        let landmark_fit = fit_landmarks(head, &self.known.camera.camera, &seen, &options, progress)?;
         let known = KnownHead::by_landmarks(&landmark_fit);
         let octave = octave(faces.eye_distance());
         let people = People::new(&self.assets.landmarker, self.frames.len());

@@ -1,6 +1,8 @@
 //! What the nets see in a frame: the face that is followed, and how sharp it is.
 
 use super::Faces;
+use super::appearance::Appearance;
+use super::shots::Signature;
 use crate::patches::octave;
 use crate::{FacewrightError, FrameSet};
 use geometry::Progress;
@@ -11,7 +13,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use vision::landmarks::{Face, FaceLandmarker};
 
 /// Looks that one task takes one after the other: fixed, so that the result does not depend on the threads.
-const CHUNK: usize = 12;
+pub(super) const CHUNK: usize = 12;
 /// Side of the square to which a face is resized before its sharpness is measured, pixels.
 const SHARPNESS_SIZE: u32 = 96;
 
@@ -23,19 +25,29 @@ pub struct Look {
     /// Whether another face had become the largest.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub rival: bool,
+    /// Whether the frame is of another shot than the longest one, whose face is followed.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub other_shot: bool,
+    /// What the face's pixels say of light and cover; `None` without a face, and in older files.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub appearance: Option<Appearance>,
+    /// What it is compared with other looks by, until the shots are known.
+    #[serde(skip)]
+    pub(super) signature: Option<Signature>,
     /// Mean squared Laplacian of the face at a fixed size, relative to its contrast; compare within a clip.
     pub sharpness: f64,
 }
 
-/// Looks at frames, ascending, that nobody has looked at.
+/// Looks at frames, ascending, that nobody has looked at. The first looks begin with the largest face, or with that of `known`, a face in
+/// some of the frames.
 pub fn look_at(
     faces: &mut Faces,
-    wanted: &[usize],
+    (wanted, known): (&[usize], &[(usize, Face)]),
     frames: &FrameSet,
     landmarker: &FaceLandmarker,
     progress: &Progress,
 ) -> Result<(), FacewrightError> {
-    let eyes = Eyes { frames, landmarker, progress, done: AtomicUsize::new(0), total: wanted.len() };
+    let eyes = Eyes { frames, landmarker, known, progress, done: AtomicUsize::new(0), total: wanted.len() };
     let is_first = faces.looked().is_empty();
     for film in frames.films() {
         let wanted: Vec<usize> = wanted.iter().copied().filter(|frame| film.contains(frame)).collect();
@@ -49,6 +61,8 @@ pub fn look_at(
 struct Eyes<'a> {
     frames: &'a FrameSet,
     landmarker: &'a FaceLandmarker,
+    /// The face that is followed, in some frames.
+    known: &'a [(usize, Face)],
     progress: &'a Progress,
     done: AtomicUsize,
     total: usize,
@@ -68,7 +82,9 @@ impl Eyes<'_> {
             self.frames.keep_pyramid(frame, &picture, octave(face.eye_distance()));
         }
         let sharpness = face.as_ref().map_or(0.0, |face| sharpness(&picture, face));
-        Ok(Look { face, rival, sharpness })
+        let appearance = face.as_ref().map(|face| Appearance::of(&picture, face).rounded());
+        let signature = face.as_ref().map(|face| Signature::of(&picture, face));
+        Ok(Look { face, rival, other_shot: false, appearance, signature, sharpness })
     }
 
     /// The first looks. Tasks begin with the largest face; where that is not the one that the task before ended with, its frames
@@ -78,11 +94,14 @@ impl Eyes<'_> {
             let mut looks: Vec<Look> = Vec::with_capacity(frames.len());
             for &frame in frames {
                 let last = looks.last().map_or(before, |look| look.face.as_ref());
-                looks.push(self.look(frame, last, before.is_some())?);
+                looks.push(self.look(frame, last, before.is_some() && self.known.is_empty())?);
             }
             Ok(looks)
         };
-        let chunks: Result<Vec<_>, _> = wanted.par_chunks(CHUNK).map(|frames| chunk(frames, None)).collect();
+        let nearest =
+            |frame: usize| self.known.iter().min_by_key(|(other, _)| other.abs_diff(frame)).map(|(_, face)| face);
+        let begin = |frames: &[usize]| chunk(frames, frames.first().and_then(|&frame| nearest(frame)));
+        let chunks: Result<Vec<_>, _> = wanted.par_chunks(CHUNK).map(begin).collect();
         let mut chunks = chunks?;
         for k in 1..chunks.len() {
             let ends = (chunks[k - 1].last(), chunks[k].first());

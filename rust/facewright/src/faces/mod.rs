@@ -9,19 +9,24 @@
 //! the landmarks give a head ([`fit`]); points place it in the frames between ([`place`]), and where they lose it the nets look
 //! again ([`clip`]). [`person`] tells the person from what is behind, [`select`] says which frames are good for shape and texture.
 
+mod appearance;
 mod clip;
 mod fit;
 mod look;
 mod person;
 mod place;
 mod select;
+mod shots;
+mod whose;
 
-pub use clip::Clip;
+pub use appearance::{Appearance, COVERED};
+pub use clip::{Clip, Known};
 pub use fit::{KnownFrame, KnownHead};
 pub(crate) use fit::{LANDMARK_SIGMA_RAD, landmarks_of, observation};
 pub use look::{Look, look_at};
 pub(crate) use place::Placing;
-pub use select::{Chosen, SelectOptions, candidates, check_turn, judge_all, median, yaw_pitch};
+pub use select::{Chosen, check_turn, median, qualities, yaw_pitch};
+pub use whose::{FaceOptions, Followed, Pixel};
 
 use crate::camera::starting_camera;
 use crate::formats::{self, Format, once};
@@ -51,6 +56,9 @@ pub struct Faces {
     pub width: u32,
     /// Height of the frames, pixels.
     pub height: u32,
+    /// By what the face was chosen that is followed.
+    #[serde(default, skip_serializing_if = "Followed::is_largest")]
+    pub followed: Followed,
     /// Every frame given.
     pub frames: Vec<FaceFrame>,
 }
@@ -99,8 +107,23 @@ pub fn find_faces(
     camera: Option<&SourcedCamera>,
     progress: &Progress,
 ) -> Result<Faces, FacewrightError> {
+    find_faces_of(frames, assets, camera, &FaceOptions::default(), progress)
+}
+
+/// The same where the clip shows several people.
+///
+/// # Errors
+/// As those of [`find_faces`].
+pub fn find_faces_of(
+    frames: &FrameSet,
+    assets: &Assets,
+    camera: Option<&SourcedCamera>,
+    options: &FaceOptions,
+    progress: &Progress,
+) -> Result<Faces, FacewrightError> {
     let camera = starting_camera(frames, camera)?;
-    Ok(Clip::look(frames, assets, None, &camera, &SizeOptions::default(), progress)?.faces)
+    let known = Known { faces: None, camera: &camera, size: &SizeOptions::default(), person: options };
+    Ok(Clip::look(frames, assets, &known, progress)?.faces)
 }
 
 impl Faces {
@@ -112,6 +135,7 @@ impl Faces {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             width: frames.width,
             height: frames.height,
+            followed: Followed::Largest,
             frames: frames.frames.iter().map(frame).collect(),
         }
     }
@@ -170,15 +194,47 @@ impl Faces {
         distances.get(distances.len() * 9 / 10).copied().unwrap_or(0.0)
     }
 
+    /// What the face's pixels usually say of light and cover.
+    pub(crate) fn appearance(&self) -> Option<Appearance> {
+        let looks = self.frames.iter().filter_map(|frame| frame.look.as_ref());
+        Appearance::usual(&looks.filter_map(|look| look.face.as_ref().and(look.appearance)).collect::<Vec<_>>())
+    }
+
+    /// Of every frame, whether it is of another shot than the one that is followed.
+    pub(crate) fn other_shots(&self) -> Vec<bool> {
+        let mut other = false;
+        let of = |frame: &FaceFrame| {
+            // Where a shot ends, the frames on both sides were looked at.
+            other = frame.look.as_ref().map_or(other, |look| look.other_shot);
+            other
+        };
+        self.frames.iter().map(of).collect()
+    }
+
+    /// What is left out because the film is cut.
+    fn cut_warning(&self) -> Option<String> {
+        let others = self.other_shots();
+        let count = others.iter().filter(|other| **other).count();
+        let first = (1..others.len()).find(|&f| others[f] != others[f - 1])?;
+        let (name, used) = (&self.frames[first].name, others.len() - count);
+        Some(format!(
+            "picture and face change at once at frame {name}: a cut. The longest shot was used, {used} of {} frames. Give the frames of \
+             one shot if it is the wrong one",
+            others.len()
+        ))
+    }
+
     /// What the artist should know.
     pub fn warnings(&self) -> Vec<String> {
         let looks = || self.frames.iter().filter_map(|frame| frame.look.as_ref());
         let several = looks().filter(|look| look.face.as_ref().is_some_and(|face| face.faces_in_picture > 1)).count();
         let rivals = looks().filter(|look| look.rival).count();
-        let (count, mut warnings) = (looks().count(), Vec::new());
+        let count = looks().count();
+        let mut warnings: Vec<String> = self.cut_warning().into_iter().collect();
         if several > 0 {
             warnings.push(format!(
-                "{several} of {count} frames looked at show several faces: the largest one was followed"
+                "{several} of {count} frames looked at show several faces: {}",
+                self.followed.sentence()
             ));
         }
         if rivals > 0 {

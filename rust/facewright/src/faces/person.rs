@@ -30,7 +30,7 @@ impl<'a> People<'a> {
         if let Some(mask) = &*found {
             return Ok(Some(mask.clone()));
         }
-        let mask = Arc::new(self.landmarker.person(&frames.picture(frame)?, face)?);
+        let mask = Arc::new(self.landmarker.person(&*frames.picture(frame)?, face)?);
         *found = Some(mask.clone());
         Ok(Some(mask))
     }

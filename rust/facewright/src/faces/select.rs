@@ -31,8 +31,11 @@ impl Chosen {
             *candidate = candidate.take().zip(*pose).map(|(c, pose)| Candidate { cam_from_head: seen_from(pose), ..c });
         });
         let mut verdicts = select(&candidates, &SelectOptions::default());
+        let others = clip.faces.other_shots();
         for (frame, verdict) in verdicts.iter_mut().enumerate() {
-            if clip.faces.look(frame).is_none() && clip.known.frames[frame].is_some() {
+            if others[frame] {
+                *verdict = Err(FrameReason::OtherShot);
+            } else if clip.faces.look(frame).is_none() && clip.known.frames[frame].is_some() {
                 *verdict = Err(FrameReason::BetweenLooks);
             } else if candidates[frame].is_none() && clip.faces.face(frame).is_some() {
                 *verdict = Err(FrameReason::NoPose);
@@ -83,7 +86,7 @@ fn directed(clip: &Clip, cam_from_head: Transform) -> Transform {
 }
 
 /// What frames are chosen by; `None` where there is no face, or nobody looked.
-pub fn candidates(clip: &Clip) -> Vec<Option<Candidate>> {
+fn candidates(clip: &Clip) -> Vec<Option<Candidate>> {
     let (head, fit) = (clip.head, &clip.landmark_fit);
     let indices = |wanted: &[&str]| -> Vec<usize> {
         let matches = |name: &str| wanted.iter().any(|w| name.starts_with(w));
@@ -206,13 +209,20 @@ pub fn select(candidates: &[Option<Candidate>], options: &SelectOptions) -> Vec<
 }
 
 /// Of each frame a quality to rank by, or why it is of no use for shape and texture.
-pub fn judge_all(candidates: &[Option<Candidate>], options: &SelectOptions) -> Vec<Result<f64, FrameReason>> {
+fn judge_all(candidates: &[Option<Candidate>], options: &SelectOptions) -> Vec<Result<f64, FrameReason>> {
     let known: Vec<&Candidate> = candidates.iter().flatten().collect();
     let sharpness = median(known.iter().map(|c| c.sharpness));
     let rms = median(known.iter().map(|c| c.rms_px));
     let judged =
         |c: &Option<Candidate>| c.as_ref().map_or(Err(FrameReason::NoFace), |c| judge(c, sharpness, rms, options));
     candidates.iter().map(judged).collect()
+}
+
+/// The same of every frame of a clip: frames of another shot are of no use.
+pub fn qualities(clip: &Clip) -> Vec<Result<f64, FrameReason>> {
+    let judged = judge_all(&candidates(clip), &SelectOptions::default()).into_iter();
+    let of_frame = |(judged, other)| if other { Err(FrameReason::OtherShot) } else { judged };
+    judged.zip(clip.faces.other_shots()).map(of_frame).collect()
 }
 
 /// A quality to rank by, or why the frame is of no use.

@@ -2,7 +2,7 @@
 
 use super::inputs::{camera, check_output, open};
 use super::summary::{Summary, listed};
-use crate::{Assets, FacewrightError, find_faces};
+use crate::{Assets, FaceOptions, FacewrightError, find_faces_of};
 use clap::Args;
 use geometry::Progress;
 use serde::Serialize;
@@ -18,6 +18,9 @@ pub struct FacesCommand {
     /// Calibrated camera; without it the focal length is estimated
     #[arg(long)]
     camera: Option<PathBuf>,
+    /// Whose face it is.
+    #[command(flatten)]
+    options: FaceOptions,
     /// Faces file to write
     #[arg(short, long, default_value = "faces.json")]
     output: PathBuf,
@@ -28,7 +31,7 @@ impl FacesCommand {
         let camera = camera(self.camera.as_deref())?;
         check_output(&self.output)?;
         let (frames, progress) = open(&self.frames, progress)?;
-        let faces = find_faces(&frames, &Assets::load(assets)?, camera.as_ref(), &progress)?;
+        let faces = find_faces_of(&frames, &Assets::load(assets)?, camera.as_ref(), &self.options, &progress)?;
         faces.write(&self.output)?;
         let (looked, seen) = faces.counts();
         let text = format!(

@@ -10,7 +10,7 @@ use super::region::region;
 use super::relay::relay;
 use super::{DisabledPoint, FrameTracks, PointObservation, PointTrack, Tracks};
 use crate::camera::starting_camera;
-use crate::faces::{Clip, KnownHead, SelectOptions, candidates, judge_all, yaw_pitch};
+use crate::faces::{Clip, FaceOptions, Known, KnownHead, qualities, yaw_pitch};
 use crate::frames::Octave;
 use crate::patches::{
     Anchors, Hair, REFERENCE_PX, Scene, Search, SearchOptions, Seed, SkinPoint, Surface, TrackedSkin, View, seeds,
@@ -64,11 +64,15 @@ pub struct TrackClipOptions {
     /// Choose points only in this frame, given by its name without extension
     #[arg(long, value_name = "FRAME")]
     pub from: Option<String>,
+    /// Whose face it is.
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub person: FaceOptions,
 }
 
 impl Default for TrackClipOptions {
     fn default() -> Self {
-        Self { method: Method::Default, points: 200, window: None, from: None }
+        Self { method: Method::Default, points: 200, window: None, from: None, person: FaceOptions::default() }
     }
 }
 
@@ -131,7 +135,8 @@ pub fn track(
     options.validate()?;
     let camera = starting_camera(frames, camera)?;
     let [looking, tracking] = progress.split(&PARTS);
-    let clip = Clip::look(frames, assets, faces, &camera, &SizeOptions::default(), &looking)?;
+    let known = Known { faces, camera: &camera, size: &SizeOptions::default(), person: &options.person };
+    let clip = Clip::look(frames, assets, &known, &looking)?;
     track_head(&clip, &clip.known, camera.source, options, Corners::New, &tracking)
 }
 
@@ -222,7 +227,7 @@ impl<'a> Sequence<'a> {
         corners: Corners<'a>,
     ) -> Result<Self, FacewrightError> {
         let search = SearchOptions { window: options.window, ..SearchOptions::default() };
-        let quality = judge_all(&candidates(clip), &SelectOptions::default());
+        let quality = qualities(clip);
         // The paper's windows, and those that are asked for, are the picture's.
         let is_free = options.method == Method::Default && options.window.is_none();
         let octave = if is_free { clip.octave } else { Octave::default() };

@@ -184,6 +184,28 @@ impl FaceLandmarker {
         self.threads.run(|| self.search(image, |_, _| true))
     }
 
+    /// Every face of a picture, largest first.
+    ///
+    /// # Errors
+    /// [`LandmarkError`] when the picture is empty or a net fails.
+    pub fn find_all(&self, image: &RgbImage) -> Result<Vec<Face>, LandmarkError> {
+        check(image)?;
+        self.threads.run(|| {
+            let found = self.finder.attempts(image).find(|faces| !matches!(faces, Ok(faces) if faces.is_empty()));
+            let detections = found.unwrap_or(Ok(Vec::new()))?;
+            let count = detections.len();
+            let faces = detections.iter().map(|detection| self.look(image, detection.region(), count));
+            let mut apart: Vec<Face> = Vec::new();
+            for face in faces {
+                // Two detections of one face end at the same place.
+                let new =
+                    face?.filter(|face| !apart.iter().any(|other| face.region().is_near(&other.region(), SAME_PERSON)));
+                apart.extend(new);
+            }
+            Ok(apart)
+        })
+    }
+
     /// The same person's face in the next frame of a video; `None` when it is not there. Starts from where the face was
     /// and looks over the whole picture only when it is no longer there.
     ///
