@@ -54,6 +54,7 @@ def options_of(*groups: Any) -> ReconstructOptions:
         values |= {name: getattr(group, name) for name in used}
     # The items of a choice are texts, of numbers too.
     values |= {name: int(value) for name, value in values.items() if isinstance(value, str) and value.isdigit()}
+    values |= {name: tuple(values[name]) for name in values if name == "face"}
     return ReconstructOptions(**values)
 
 
@@ -238,6 +239,17 @@ def report_lines(text: str) -> list[str]:
         *(f"{count} × {reason}" for count, reason in report.left_out),
         f"Fit {report.fit.points_median_mm:.2f} mm, texture {100 * report.texture.seen:.0f} % seen",
     ]
+
+
+def quality(text: str) -> tuple[str, str] | None:
+    """How good a head is, in one line, with an icon of the line's colour; None in older reports."""
+    found = parse_report(text).quality
+    if found is None:
+        return None
+    if found.verdict == "good":
+        return "Good: every measure is as usual", "COLORSET_03_VEC"
+    names = ", ".join(measure.name.replace("_", " ") for measure in found.unusual)
+    return f"Look at it: {names}", "COLORSET_09_VEC"
 
 
 def warnings(text: str) -> list[str]:

@@ -47,6 +47,9 @@ class FACEWRIGHT_PT_advanced(Side, bpy.types.Panel):
         layout.prop(clip, "method")
         layout.prop(clip, "texture_size")
         draw_pupils(layout, context.scene.facewright_person)
+        layout.prop(clip, "use_face")
+        if clip.use_face:
+            layout.prop(clip, "face")
         layout.prop(clip, "output", placeholder="Optional")
         self.draw_markers(context)
 
@@ -77,6 +80,8 @@ class FACEWRIGHT_PT_report(Side, bpy.types.Panel):
         head, text = shown
         if head:
             self.layout.label(text=head, icon="USER")
+        if quality := actions.quality(text):
+            self.layout.label(text=quality[0], icon=quality[1])
         column = self.layout.column(align=True)
         for line in actions.report_lines(text):
             column.label(text=line)

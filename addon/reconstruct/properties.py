@@ -52,6 +52,17 @@ class FacewrightClip(bpy.types.PropertyGroup):
         items=[(str(n), f"{n} px", f"Texture of {n} × {n} pixels") for n in (1024, 2048, 4096)],
         default="2048",
     )
+    use_face: bpy.props.BoolProperty(
+        name="Choose the Face",
+        description="Of several faces, follow the one nearest to a pixel instead of the largest one that turns",
+        default=False,
+    )
+    face: bpy.props.FloatVectorProperty(
+        name="Face at",
+        description="A pixel of the face where the clip begins, from the picture's upper left corner",
+        size=2,
+        min=0.0,
+    )
     use_markers: bpy.props.BoolProperty(
         name="Use Markers",
         description="Use the face's tracks as they are in the Clip editor instead of tracking again",

@@ -281,6 +281,19 @@ def test_the_report_counts_frames_by_the_kind_of_their_reason(clips: Clips) -> N
     assert "0 of 2 frames, 0 points 2 × blurred Fit" in drawn("FACEWRIGHT_PT_report", object=anna)
 
 
+def test_the_report_says_in_one_line_what_is_unusual(clips: Clips) -> None:
+    anna = run(clips.anna)
+    told = json.loads(anna["facewright_report"])
+    measures = [
+        {"name": name, "value": value, "unit": "mm", "usual": [0.0, 9.0], "possible": [None, None], "sentence": name}
+        for name, value in (("head_breadth", 5.0), ("ear_displacement", 12.0))
+    ]
+    anna["facewright_report"] = json.dumps(told | {"quality": {"verdict": "warned", "measures": measures}})
+    assert "Look at it: ear displacement" in drawn("FACEWRIGHT_PT_report", object=anna)
+    anna["facewright_report"] = json.dumps(told | {"quality": {"verdict": "good", "measures": measures[:1]}})
+    assert "Good: every measure is as usual" in drawn("FACEWRIGHT_PT_report", object=anna)
+
+
 def test_without_an_active_object_they_are_the_last_heads_that_was_made(clips: Clips) -> None:
     anna, ben = run(clips.anna), run(clips.ben)
     run(clips.anna)

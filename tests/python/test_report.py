@@ -59,3 +59,25 @@ def test_an_older_report_is_counted_by_how_its_sentences_begin(facewright: Modul
 def test_a_kind_that_is_no_word_is_refused(facewright: ModuleType) -> None:
     with pytest.raises(facewright.InputError, match="the reason_kind of frame a"):
         read(facewright, frame("a", "", None) | {"reason_kind": 3})
+
+
+def measure(name: str, value: float) -> Content:
+    ranges = {"usual": [55.0, 72.0], "possible": [48.0, None]}
+    return {"name": name, "value": value, "unit": "mm", "sentence": f"{name} are {value} mm"} | ranges
+
+
+def test_a_verdict_is_read_with_its_measures_and_an_older_report_has_none(facewright: ModuleType) -> None:
+    assert read(facewright).quality is None
+    measures = [measure("eyes", 63.0), measure("ears", 52.0)]
+    judged = content() | {"quality": {"verdict": "warned", "measures": measures}}
+    quality = facewright.Report.parse(json.dumps(judged)).quality
+    assert quality.verdict == "warned" and [m.name for m in quality.measures] == ["eyes", "ears"]
+    (unusual,) = quality.unusual
+    assert (unusual.value, unusual.unit, unusual.sentence) == (52.0, "mm", "ears are 52.0 mm")
+    assert (unusual.usual, unusual.possible) == ((55.0, 72.0), (48.0, None))
+
+
+def test_a_measure_that_is_no_number_is_refused(facewright: ModuleType) -> None:
+    judged = content() | {"quality": {"verdict": "good", "measures": [measure("eyes", 1e999)]}}
+    with pytest.raises(facewright.InputError):
+        facewright.Report.parse(json.dumps(judged))

@@ -134,6 +134,12 @@ pub enum FacewrightError {
         /// How often each reason occurred.
         reasons: String,
     },
+    /// Something was measured on the head or its film that no head can be made with.
+    #[error("no head was made: {reason}")]
+    ImpossibleHead {
+        /// What was measured, what is usual, and what helps.
+        reason: String,
+    },
     /// The head does not turn.
     #[error("the head turns by only {degrees:.0}°, too little to measure depth: turn it at least 15° to each side")]
     NoRotation {

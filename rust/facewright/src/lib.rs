@@ -42,6 +42,7 @@ mod formats;
 mod frames;
 mod given;
 mod head;
+mod judge;
 mod method;
 mod motion;
 mod on_rig;
@@ -76,7 +77,8 @@ pub use on_rig::reconstruct_on_rig;
 pub use reason::ReasonKind;
 pub use reconstruct::{ReconstructOptions, generic_head, reconstruct};
 pub use result::{
-    FitReport, FrameReport, Reconstruction, Report, ReportCamera, Scale, TextureReport, overlay, overlay_on_rig,
+    Bounds, FitReport, FrameReport, Measure, Quality, Reconstruction, Report, ReportCamera, Scale, TextureReport,
+    Verdict, overlay, overlay_on_rig,
 };
 pub use size::{KnownLength, SizeOptions};
 pub use track::{

@@ -5,13 +5,15 @@ use crate::camera::starting_camera;
 use crate::clock::Clock;
 use crate::faces::{Clip, Known, KnownHead, median};
 use crate::head::{Measured, MeasuredFrame, eyes, paper, rest, shape};
+use crate::judge::{Judged, judge};
 use crate::motion::{Rig, solve_on_films};
 use crate::reason::Told;
 use crate::texture::{make_textures, paper_eyes, plain};
 use crate::track::{Corners, track_head};
 use crate::{
     Assets, CameraSource, FaceOptions, FacewrightError, FitReport, FrameReport, FrameSet, Given, HeadMotion, Method,
-    MotionOptions, Reconstruction, Report, Scale, SizeOptions, SourcedCamera, TrackClipOptions, Tracks, solve_motion,
+    MotionOptions, Quality, Reconstruction, Report, Scale, SizeOptions, SourcedCamera, TrackClipOptions, Tracks,
+    solve_motion,
 };
 use clap::Args;
 use geometry::Progress;
@@ -160,6 +162,17 @@ pub(crate) fn run(
     let skin = make_textures(&clip, &measured, options.texture_size, options.method, &texturing)?;
     clock.lap("texture");
     let landmarks = crate::head::landmarks68(head, &measured.positions);
+    let fit = fit_report(&clip, &measured, &eyes.fits);
+    let judged = Judged {
+        clip: &clip,
+        measured: &measured,
+        skin: &skin,
+        fit: &fit,
+        method: options.method,
+        source: sourced.source,
+    };
+    let quality = judge(&judged)?;
+    clock.lap("judge");
     let report = Report {
         schema: crate::Schema,
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -170,10 +183,11 @@ pub(crate) fn run(
         points: measured.points.len(),
         landmarks68: landmarks.iter().map(|p| [p.x, p.y, p.z]).collect(),
         scale: if scale.measured { scale } else { Scale::of_eyes(options.size.interocular()) },
-        fit: fit_report(&clip, &measured, &eyes.fits),
+        fit,
         texture: skin.report,
         timings_s: clock.finish(),
-        warnings: warnings(&clip, sourced.source, &measured, skin.warnings),
+        warnings: warnings(&clip, sourced.source, &measured, skin.warnings, &quality),
+        quality: Some(quality),
     };
     let mut result = Reconstruction::on(head, measured.positions, keys, report);
     (result.texture, result.eyes) = (skin.texture, skin.eyes);
@@ -279,6 +293,7 @@ fn sharpen(
     let mut again = solver.solve(&tracks, None, &MotionOptions::default(), &moving)?;
     again.scale = motion.scale.clone();
     let mut sharp = shape::measure(clip, &better, &again, rough.chosen.clone(), solver.size, &shaping)?;
+    sharp.focal_sigma_px = rough.focal_sigma_px;
     for (frame, before) in sharp.frames.iter_mut().zip(&rough.frames).filter(|(frame, _)| frame.by_landmarks) {
         (frame.rms_px, frame.by_landmarks) = (before.rms_px, before.by_landmarks);
     }
@@ -286,11 +301,18 @@ fn sharpen(
 }
 
 /// What the artist should know.
-fn warnings(clip: &Clip, source: CameraSource, measured: &Measured, of_texture: Vec<String>) -> Vec<String> {
+fn warnings(
+    clip: &Clip,
+    source: CameraSource,
+    measured: &Measured,
+    of_texture: Vec<String>,
+    quality: &Quality,
+) -> Vec<String> {
     let mut warnings = clip.faces.warnings();
-    warnings.extend(camera_warning(source));
+    warnings.extend(measured.focal_sigma_px.map_or_else(|| camera_warning(source), |_| None));
     warnings.extend(measured.warnings.iter().cloned());
     warnings.extend(of_texture);
+    warnings.extend(quality.unusual().map(|measure| measure.sentence.clone()));
     warnings
 }
 

@@ -9,6 +9,7 @@
 pub mod eyes;
 pub mod features;
 pub mod paper;
+pub mod regions;
 pub mod rest;
 pub mod shape;
 pub mod unseen;
@@ -36,6 +37,8 @@ pub struct Measured {
     pub agreement: f64,
     /// Median distance of the points from the surface, metres.
     pub points_median: f64,
+    /// Standard deviation of the focal length, pixels; `None` for a calibrated camera.
+    pub focal_sigma_px: Option<f64>,
     /// What the artist should know.
     pub warnings: Vec<String>,
 }

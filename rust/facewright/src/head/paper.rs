@@ -102,6 +102,7 @@ pub fn measure(
         coefficients: Vec::new(),
         agreement: 0.0,
         points_median: 0.0,
+        focal_sigma_px: None,
         warnings: Vec::new(),
     })
 }

@@ -1,5 +1,6 @@
 //! Our way to the shape: the points of a motion, the class of heads, and a free deformation.
 
+use super::regions::{covered_landmarks, nearest};
 use super::{Measured, MeasuredFrame};
 use crate::faces::{Chosen, Clip, KnownFrame, KnownHead};
 use crate::{FacewrightError, FrameMotion, HeadMotion, SizeOptions};
@@ -35,7 +36,8 @@ pub fn measure(
 ) -> Result<Measured, FacewrightError> {
     progress.stage("shape")?;
     let poses: Vec<Option<Transform>> = motion.frames.iter().map(|frame| frame.cam_from_head).collect();
-    let cloud = cloud(motion, clip.frames.fewest_sightings());
+    let mut cloud = cloud(motion, clip.frames.fewest_sightings());
+    leave_out_covered(&mut cloud, clip, known);
     if cloud.len() < LEAST_POINTS {
         return Ok(by_landmarks(clip, chosen));
     }
@@ -55,6 +57,7 @@ pub fn measure(
         agreement: motion.rigid_agreement,
         points_median: fit.median_distance,
         coefficients: fit.coefficients,
+        focal_sigma_px: motion.focal_sigma_px,
         warnings: Vec::new(),
     })
 }
@@ -63,6 +66,15 @@ pub fn measure(
 fn cloud(motion: &HeadMotion, fewest_frames: usize) -> Vec<CloudPoint> {
     let fixed = motion.points.iter().filter(|point| !point.moves && point.frames >= fewest_frames);
     fixed.map(|point| CloudPoint { position: point.position(), covariance: point.covariance() }).collect()
+}
+
+/// Leaves out points on what covers the face all the time: they are no skin.
+fn leave_out_covered(cloud: &mut Vec<CloudPoint>, clip: &Clip, known: &KnownHead) {
+    let covered = covered_landmarks(clip.head, clip.faces.appearance());
+    if covered.contains(&true) {
+        let at = clip.head.landmarks(&known.positions);
+        cloud.retain(|point| !covered[nearest(&at, &point.position).0]);
+    }
 }
 
 /// Every frame by its points; where these tell no pose, by the head that its landmarks or its neighbours' gave.
@@ -100,6 +112,7 @@ fn by_landmarks(clip: &Clip, chosen: Chosen) -> Measured {
         coefficients: clip.landmark_fit.coefficients.clone(),
         agreement: 0.0,
         points_median: 0.0,
+        focal_sigma_px: None,
         warnings: vec![
             "too few points of the skin could be tracked: the shape rests on the landmarks alone".to_owned(),
         ],

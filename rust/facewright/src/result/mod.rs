@@ -3,10 +3,12 @@
 mod glb;
 mod overlay;
 mod parts;
+mod quality;
 mod report;
 
 pub use overlay::{overlay, overlay_on_rig};
 pub use parts::PartShape;
+pub use quality::{Bounds, Measure, Quality, Verdict};
 pub use report::{FitReport, FrameReport, Report, ReportCamera, Scale, TextureReport};
 
 use crate::FacewrightError;

@@ -1,5 +1,6 @@
 //! The report of a reconstruction: what `report.json` holds.
 
+use super::Quality;
 use crate::formats::{self, Format, Schema, at_least_0, finite, null_is_default, once};
 use crate::reason::{brief, counts, known_kind};
 use crate::{CameraSource, FacewrightError, Method, ReasonKind, SourcedCamera};
@@ -139,6 +140,9 @@ pub struct Report {
     /// Texture.
     #[serde(default)]
     pub texture: TextureReport,
+    /// How good it is; `None` in older files.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quality: Option<Quality>,
     /// Seconds per stage.
     #[serde(default)]
     pub timings_s: BTreeMap<String, f64>,
@@ -162,6 +166,7 @@ impl Report {
             scale: Scale::metric("generic head".to_owned(), 0.0),
             fit: FitReport::default(),
             texture: TextureReport::default(),
+            quality: None,
             timings_s: BTreeMap::new(),
             warnings: Vec::new(),
         }
@@ -209,6 +214,7 @@ impl Format for Report {
     fn validate(&self) -> Result<(), String> {
         self.camera.camera.validate().map_err(|e| e.to_string())?;
         self.scale.validate()?;
+        self.quality.as_ref().map_or(Ok(()), Quality::validate)?;
         once(self.frames.iter().map(|frame| frame.name.as_str()), "frame")?;
         for frame in &self.frames {
             at_least_0(frame.reprojection_rms_px, || format!("the reprojection_rms_px of frame {}", frame.name))?;

@@ -7,6 +7,7 @@ mod skin_tone;
 
 use crate::faces::Clip;
 use crate::head::Measured;
+use crate::head::regions::covered_skin;
 use crate::{FacewrightError, Method, TextureReport};
 use cuts::{Cuts, cuts};
 use geometry::{Progress, Transform, Vec2, Vec3};
@@ -70,7 +71,8 @@ pub fn make_textures(
         },
         ..BakeOptions::default()
     };
-    let baked = bake_skin(clip.head, &measured.positions, &views, &options, &baking)?;
+    let covered = covered_skin(clip.head, clip.faces.appearance());
+    let baked = bake_skin((clip.head, &covered), &measured.positions, &views, &options, &baking)?;
     of_eyes.stage("texture: eyes")?;
     let (eyes, mut warnings) = make_eyes(&cuts, skin_colour(&baked.texture));
     warnings.extend(baked.warnings.iter().map(ToString::to_string));
@@ -81,7 +83,7 @@ pub fn make_textures(
 }
 
 fn bake_skin(
-    head: &GenericHead,
+    (head, covered): (&GenericHead, &[bool]),
     positions: &[Vec3],
     views: &[View],
     options: &BakeOptions,
@@ -94,7 +96,8 @@ fn bake_skin(
         .iter()
         .flat_map(|uv| [[0, 1, 2].map(|k| corner(uv, k)), [0, 2, 3].map(|k| corner(uv, k))])
         .collect();
-    let weight: Vec<f64> = head.cavity.iter().map(|&hidden| if hidden { 0.0 } else { 1.0 }).collect();
+    let is_seen = |v: usize| !head.cavity[v] && !covered.get(v).copied().unwrap_or(false);
+    let weight: Vec<f64> = (0..head.cavity.len()).map(|v| if is_seen(v) { 1.0 } else { 0.0 }).collect();
     let surface =
         Surface { positions, triangles: &triangles, uvs: &uvs, weight: Some(&weight), mirror: Some(&head.mirror) };
     // Eyeballs stand before the sockets; teeth and tongue lie behind closed lips.

@@ -117,6 +117,7 @@ class TrackOptions(_Options):
 
     Keyword arguments, and attributes:
 
+        face: Of several faces the one nearest to this pixel where the clip begins, instead of the largest one that turns
         from_: Choose points only in this frame, given by its name without extension
         method: Chain of steps
         points: Number of points wanted in each reference frame, found again or new
@@ -128,6 +129,7 @@ class TrackOptions(_Options):
     points: int = 200
     window: int | None = None
     from_: str | None = None
+    face: tuple[float, float] | None = None
 
 @dataclass(frozen=True, kw_only=True)
 class MotionOptions(_Options):
@@ -149,6 +151,7 @@ class ReconstructOptions(MotionOptions):
 
     Keyword arguments, and attributes:
 
+        face: Of several faces the one nearest to this pixel where the clip begins, instead of the largest one that turns
         interocular_mm: Interpupillary distance, millimetres, if it is known
         lengths: Length measured on the head between two tracks: their numbers and millimetres; overrides all else
             that is known of the head's size
@@ -158,6 +161,7 @@ class ReconstructOptions(MotionOptions):
 
     method: Method = "default"
     texture_size: int = 2048
+    face: tuple[float, float] | None = None
 
 class Assets:
     """The generic head and the landmark nets in a folder, read when a job first needs them and kept for later ones.
@@ -838,6 +842,9 @@ class Report:
     def texture(self) -> TextureReport:
         """How the texture was made."""
     @property
+    def quality(self) -> Quality | None:
+        """How good the head is; None in older files."""
+    @property
     def timings_s(self) -> dict[str, float]:
         """Seconds per stage."""
     @property
@@ -910,6 +917,41 @@ class TextureReport:
     @property
     def gains(self) -> dict[str, tuple[float, float, float]]:
         """Gain of each used frame: red, green, blue."""
+
+class Quality:
+    """How good a head is."""
+
+    @property
+    def verdict(self) -> Literal["good", "warned"]:
+        """`good`, or `warned` where a measure is not as over good films."""
+    @property
+    def measures(self) -> list[Measure]:
+        """Every measure that was taken."""
+    @property
+    def unusual(self) -> list[Measure]:
+        """The measures that good films do not have."""
+
+class Measure:
+    """One measure of a head or its film."""
+
+    @property
+    def name(self) -> str:
+        """What is measured, a word."""
+    @property
+    def value(self) -> float:
+        """How much it is."""
+    @property
+    def unit(self) -> str:
+        """Unit of the value and of both ranges."""
+    @property
+    def usual(self) -> tuple[float | None, float | None]:
+        """Where good films have it: low and high, None where there is no end."""
+    @property
+    def possible(self) -> tuple[float | None, float | None]:
+        """Where a person's head can have it: low and high, None where there is no end."""
+    @property
+    def sentence(self) -> str:
+        """What was measured, and what helps where that is unusual."""
 
 def version() -> str:
     """Version of the library."""
@@ -1003,11 +1045,17 @@ def match_pair(
     face is missing or hardly a match is right.
     """
 
-def find_faces(frames: Sequence[Path], *, assets: Assets | Path, camera: Camera | str | None = None) -> Job[Faces]:
+def find_faces(
+    frames: Sequence[Path],
+    *,
+    assets: Assets | Path,
+    camera: Camera | str | None = None,
+    face: tuple[float, float] | None = None,
+) -> Job[Faces]:
     """Find the face in image files, folders or videos; the job's result is Faces.
 
     `frames` are in the order of time. `camera` is a Camera, or the text of its file; without it the focal length is
-    estimated.
+    estimated. Of several faces, `face` is a pixel of the one to follow where the clip begins.
 
     The job raises InputError for frames that cannot be read, CameraError for the camera of another size, FilmError
     where no frame shows a face.

@@ -21,7 +21,7 @@ pub use tracks::Tracks;
 use camera::{Board, BoardBend, BoardImage};
 use matches::{MatchedPair, Matches};
 use motion::{MotionFrame, MotionPoints, Roughness};
-use report::{FitReport, ReportFrame, TextureReport};
+use report::{FitReport, Measure, Quality, ReportFrame, TextureReport};
 use rig::MountedCamera;
 use shared::Scale;
 use tracks::{Track, TrackedFrame};
@@ -124,7 +124,9 @@ pub fn add_classes(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<ReportFrame>()?;
     module.add_class::<Scale>()?;
     module.add_class::<FitReport>()?;
-    module.add_class::<TextureReport>()
+    module.add_class::<TextureReport>()?;
+    module.add_class::<Quality>()?;
+    module.add_class::<Measure>()
 }
 
 /// A class, or the text of its file.

@@ -64,6 +64,12 @@ impl Report {
         TextureReport { size: texture.size, seen: texture.seen, gains }
     }
 
+    /// How good the head is; None in older files.
+    #[getter]
+    fn quality(&self) -> Option<Quality> {
+        self.0.quality.clone().map(Quality)
+    }
+
     fn __repr__(&self) -> String {
         let used = self.0.frames.iter().filter(|frame| frame.used).count();
         format!("<facewright.Report: {used} of {} frames, {} points>", self.0.frames.len(), self.0.points)
@@ -120,4 +126,84 @@ pub struct TextureReport {
     seen: f64,
     /// Gain of each used frame: red, green, blue.
     gains: BTreeMap<String, (f64, f64, f64)>,
+}
+
+/// How good a head is.
+#[pyclass(frozen, module = "facewright")]
+pub struct Quality(facewright::Quality);
+
+#[pymethods]
+impl Quality {
+    /// `good`, or `warned` where a measure is not as over good films.
+    #[getter]
+    fn verdict(&self) -> &'static str {
+        match self.0.verdict {
+            facewright::Verdict::Good => "good",
+            facewright::Verdict::Warned => "warned",
+        }
+    }
+
+    /// Every measure that was taken.
+    #[getter]
+    fn measures(&self) -> Vec<Measure> {
+        self.0.measures.iter().cloned().map(Measure).collect()
+    }
+
+    /// The measures that good films do not have.
+    #[getter]
+    fn unusual(&self) -> Vec<Measure> {
+        self.0.unusual().cloned().map(Measure).collect()
+    }
+
+    fn __repr__(&self) -> String {
+        let (all, unusual) = (self.0.measures.len(), self.0.unusual().count());
+        format!("<facewright.Quality {}: {unusual} of {all} measures unusual>", self.verdict())
+    }
+}
+
+/// One measure of a head or its film.
+#[pyclass(frozen, module = "facewright")]
+pub struct Measure(facewright::Measure);
+
+#[pymethods]
+impl Measure {
+    /// What is measured, a word.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.0.name
+    }
+
+    /// How much it is.
+    #[getter]
+    fn value(&self) -> f64 {
+        self.0.value
+    }
+
+    /// Unit of the value and of both ranges.
+    #[getter]
+    fn unit(&self) -> &str {
+        &self.0.unit
+    }
+
+    /// Where good films have it: low and high, None where there is no end.
+    #[getter]
+    fn usual(&self) -> (Option<f64>, Option<f64>) {
+        self.0.usual.into()
+    }
+
+    /// Where a person's head can have it: low and high, None where there is no end.
+    #[getter]
+    fn possible(&self) -> (Option<f64>, Option<f64>) {
+        self.0.possible.into()
+    }
+
+    /// What was measured, and what helps where that is unusual.
+    #[getter]
+    fn sentence(&self) -> &str {
+        &self.0.sentence
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<facewright.Measure {}: {} {}>", self.0.name, self.0.value, self.0.unit)
+    }
 }

@@ -1,0 +1,234 @@
+//! The result held against what heads are, and against its film.
+//!
+//! # Entry point
+//! [`judge`]: every measure of [`crate::Quality`], or an error for a head that nobody can have.
+//!
+//! # Conventions
+//! [`range`] says what a measure may be, and why. A sentence names what was measured and what helps; a cause only where it was measured.
+
+mod held_out;
+mod range;
+mod stretch;
+
+use crate::faces::{Clip, median, yaw_pitch};
+use crate::head::Measured;
+use crate::head::regions::{self, Region};
+use crate::texture::Skin;
+use crate::{CameraSource, FacewrightError, FitReport, Measure, Method, Quality};
+use geometry::Vec3;
+use head::GenericHead;
+use range::Range;
+use stretch::Stretch;
+
+/// What is judged.
+pub struct Judged<'a> {
+    pub clip: &'a Clip<'a>,
+    pub measured: &'a Measured,
+    pub skin: &'a Skin,
+    pub fit: &'a FitReport,
+    pub method: Method,
+    pub source: CameraSource,
+}
+
+/// Takes every measure.
+///
+/// # Errors
+/// [`FacewrightError::ImpossibleHead`]; those of reading frames.
+pub fn judge(judged: &Judged) -> Result<Quality, FacewrightError> {
+    let (clip, measured) = (judged.clip, judged.measured);
+    let mut measures = turn(measured);
+    measures.extend(light(clip));
+    measures.extend(sizes(judged));
+    if judged.method == Method::Default && !measured.points.is_empty() {
+        measures.extend(fit(judged));
+        measures.extend(points(clip.head, measured));
+    }
+    measures.extend(stretches(judged));
+    measures.extend(held_out::correlation(clip, measured, judged.skin)?.map(overlaid));
+    match measures.iter().find(|measure| !measure.is_possible()) {
+        Some(impossible) => Err(FacewrightError::ImpossibleHead { reason: impossible.sentence.clone() }),
+        None => Ok(Quality::of(measures)),
+    }
+}
+
+const FILM_TURN: &str = "film the head while it turns slowly, 15° or more to each side";
+const CALIBRATE: &str = "look at the head from the side; if it is distorted, calibrate the camera with a board";
+const CALIBRATED: &str =
+    "look at the head from the side; if it is distorted, film it anew, uncovered and with the camera as calibrated";
+
+impl Judged<'_> {
+    /// What helps against a shape that is no head's.
+    fn reshape(&self) -> &'static str {
+        if self.source == CameraSource::Board { CALIBRATED } else { CALIBRATE }
+    }
+}
+
+/// How far the head turns, and whether to both sides.
+fn turn(measured: &Measured) -> Vec<Measure> {
+    let yaws = measured.chosen_poses().iter().map(|(_, pose)| yaw_pitch(pose).0.to_degrees()).collect::<Vec<_>>();
+    let (low, high) = yaws.iter().fold((f64::MAX, f64::MIN), |(low, high), &yaw| (low.min(yaw), high.max(yaw)));
+    let span = format!("the head is seen turned from {low:+.0}° to {high:+.0}°");
+    let both = (-low).min(high);
+    vec![
+        range::TURN.measure(high - low, format!("{span}, over {:.0}°", high - low), FILM_TURN),
+        range::BOTH_SIDES.measure(
+            both,
+            format!("{span}, to the lesser side by {both:+.0}°"),
+            "the other side of the face is not seen. Film the head while it turns to both sides",
+        ),
+    ]
+}
+
+/// What the pixels of the faces say of light and cover, over all looks.
+fn light(clip: &Clip) -> Vec<Measure> {
+    let Some(usual) = clip.faces.appearance() else { return Vec::new() };
+    let (level, clipped) = (usual.level, 100.0 * usual.clipped);
+    let (mouth, eyes) = (usual.mouth_cover, usual.eyes_cover);
+    let even = |what: &str, times: f64, beside: &str| {
+        format!("{what} differ from the {beside} {times:.1} times more than they vary in themselves")
+    };
+    vec![
+        range::LEVEL.measure(
+            level,
+            format!("half of the face is darker than level {level:.0}"),
+            "the texture shows it as it was filmed. Film with even light, and let the camera expose for the face",
+        ),
+        range::CLIPPED.measure(
+            clipped,
+            format!("{clipped:.0} % of the face are clipped to white"),
+            "there the texture shows no skin. Film with less light, or let the camera expose for the face",
+        ),
+        range::MOUTH_COVER.measure(
+            mouth,
+            even("mouth, nose and chin", mouth, "brow"),
+            "they are covered, as by a mask, and were neither measured nor textured. Film the face uncovered",
+        ),
+        range::EYES_COVER.measure(
+            eyes,
+            even("the eyes", eyes, "cheeks"),
+            "they are covered, as by dark glasses, and were neither measured nor textured. Film the face uncovered",
+        ),
+    ]
+}
+
+/// The size of head and face.
+fn sizes(judged: &Judged) -> Vec<Measure> {
+    let (head, measured, fit) = (judged.clip.head, judged.measured, judged.fit);
+    let landmarks = crate::head::landmarks68(head, &measured.positions);
+    let regions = regions::of_skin(head);
+    let skull: Vec<Vec3> = (0..regions.len())
+        .filter(|&v| regions[v].is_some_and(|r| !matches!(r, Region::Ears | Region::Neck)))
+        .map(|v| measured.positions[v])
+        .collect();
+    let nasion = landmarks[27];
+    let spread = |axis: usize, above: f64| {
+        let values = || skull.iter().filter(|p| p.y > above).map(|p| p[axis]);
+        1000.0 * (values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min))
+    };
+    let (breadth, height) = (spread(0, nasion.y), 1000.0 * (nasion - landmarks[8]).norm());
+    let depth = spread(2, nasion.y);
+    let size =
+        |range: &Range, value: f64, what: &str| range.measure(value, format!("{what} {value:.0} mm"), judged.reshape());
+    vec![
+        size(&range::EYES, fit.interocular_mm, "the eyes are apart by"),
+        size(&range::BREADTH, breadth, "the head is broad by"),
+        size(&range::DEPTH, depth, "the head is deep by"),
+        size(&range::FACE_HEIGHT, height, "the face is high, from the nose's root to the chin, by"),
+    ]
+}
+
+/// How well class, points and landmarks agree.
+fn fit(judged: &Judged) -> Vec<Measure> {
+    let (clip, measured, fit) = (judged.clip, judged.measured, judged.fit);
+    let eyes = median((0..clip.frames.len()).filter_map(|f| clip.faces.face(f)).map(|face| face.eye_distance()));
+    let landmarks = 100.0 * fit.landmarks_median_px / eyes.max(1.0);
+    let agreement = 100.0 * fit.rigid_agreement;
+    let mut measures = vec![
+        range::COEFFICIENTS.measure(
+            fit.coefficient_rms,
+            format!("the head's shape is {:.1} standard deviations from the average one", fit.coefficient_rms),
+            judged.reshape(),
+        ),
+        range::AGREEMENT.measure(
+            agreement,
+            format!("a single motion of the head explains {agreement:.0} % of what was tracked"),
+            "film one head with nothing before it, and with a quiet face",
+        ),
+        range::LANDMARKS.measure(
+            landmarks,
+            format!("landmarks are {landmarks:.1} % of the distance between the eyes away from the head"),
+            judged.reshape(),
+        ),
+        range::POINTS_APART.measure(
+            fit.points_median_mm,
+            format!("tracked points are {:.2} mm away from the surface", fit.points_median_mm),
+            judged.reshape(),
+        ),
+    ];
+    if let Some(sigma) = measured.focal_sigma_px {
+        let percent = 100.0 * sigma / measured.camera.fx;
+        let found = format!("the focal length was found with the head's motion, and is uncertain by {percent:.0} %");
+        measures.push(range::FOCAL.measure(
+            percent,
+            found,
+            "turn the head further, or calibrate the camera with a board",
+        ));
+    }
+    measures
+}
+
+/// Points in each region of the face.
+fn points(head: &GenericHead, measured: &Measured) -> Vec<Measure> {
+    let (of_landmarks, at) = (regions::of_landmarks(head), head.landmarks(&measured.positions));
+    let of_points: Vec<Region> =
+        measured.points.iter().map(|point| of_landmarks[regions::nearest(&at, point).0]).collect();
+    let count = |(range, region, where_): (&Range, Region, &str)| {
+        let count = of_points.iter().filter(|r| **r == region).count();
+        let found = format!("{count} points were measured on the {where_}");
+        range.measure(
+            count as f64,
+            found,
+            "its shape is the average one there. Film it uncovered, sharp and evenly lit",
+        )
+    };
+    [
+        (&range::FOREHEAD, Region::Forehead, "forehead"),
+        (&range::NOSE, Region::Nose, "nose"),
+        (&range::CHEEK_LEFT, Region::CheekLeft, "left cheek"),
+        (&range::CHEEK_RIGHT, Region::CheekRight, "right cheek"),
+        (&range::CHIN, Region::Chin, "chin"),
+    ]
+    .map(count)
+    .to_vec()
+}
+
+/// Stretch of every region against the generic head.
+fn stretches(judged: &Judged) -> Vec<Measure> {
+    let (head, positions) = (judged.clip.head, &judged.measured.positions);
+    let regions = regions::of_skin(head);
+    let Some(stretch) = Stretch::new(head, &regions, positions) else { return Vec::new() };
+    let one = |range: &Range, regions: &[Region], where_: &str| {
+        let times = stretch.of(|region| regions.contains(&region));
+        range.measure(
+            times,
+            format!("the skin of the {where_} is stretched or squeezed {times:.1} times"),
+            judged.reshape(),
+        )
+    };
+    let (flipped, ears) = (1e6 * stretch.flipped(), 1000.0 * stretch.ears());
+    vec![
+        one(&range::STRETCH_FOREHEAD, &[Region::Forehead], "forehead"),
+        one(&range::STRETCH_NOSE, &[Region::Nose], "nose"),
+        one(&range::STRETCH_CHEEKS, &[Region::CheekLeft, Region::CheekRight], "cheeks"),
+        one(&range::STRETCH_JAW, &[Region::Chin], "jaw"),
+        one(&range::STRETCH_EARS, &[Region::Ears], "ears"),
+        one(&range::STRETCH_SKULL, &[Region::Skull], "skull"),
+        range::FLIPPED.measure(flipped, format!("{flipped:.0} mm² of the skin are turned over"), judged.reshape()),
+        range::EARS.measure(ears, format!("an ear is {ears:.0} mm from its usual place"), judged.reshape()),
+    ]
+}
+
+fn overlaid(correlation: f64) -> Measure {
+    let found = format!("drawn over frames that it was not made of, the head correlates with them by {correlation:.2}");
+    range::OVERLAY.measure(correlation, found, "look at it over the frames with `facewright overlay`")
+}

@@ -1,0 +1,196 @@
+//! Films and heads that are judged: what is not as usual is said with what was measured, what nobody can have is refused.
+
+#![expect(clippy::unwrap_used, reason = "the helpers of tests are tests too")]
+
+use end_to_end::{assets, clip};
+use facewright::{
+    Assets, CameraSource, Faces, FrameSet, Given, Pixel, ReconstructOptions, Reconstruction, SourcedCamera, Verdict,
+    find_faces, reconstruct,
+};
+use geometry::{Camera, Progress, Vec2};
+use image::{Rgb, RgbImage, imageops};
+use std::path::Path;
+use std::sync::LazyLock;
+use tempfile::TempDir;
+use vision::landmarks::Face;
+
+static ASSETS: LazyLock<Assets> = LazyLock::new(|| Assets::load(&assets().unwrap()).unwrap());
+static PICTURES: LazyLock<Vec<RgbImage>> = LazyLock::new(|| {
+    let frame = |i: usize| image::open(clip().join(format!("frames/frame_{i:02}.jpg"))).unwrap().into_rgb8();
+    (0..21).map(frame).collect()
+});
+static FACES: LazyLock<Faces> = LazyLock::new(|| {
+    let frames = FrameSet::open(&[clip().join("frames")], &Progress::new()).unwrap();
+    find_faces(&frames, &ASSETS, None, &Progress::new()).unwrap()
+});
+
+fn face(i: usize) -> &'static Face {
+    FACES.face(i).unwrap()
+}
+
+/// The synthetic person's camera, as it is.
+fn camera() -> SourcedCamera {
+    let camera = Camera { cx: 203.2, cy: 147.1, k1: -0.12, k2: 0.04, ..Camera::centred(400, 300, 520.0) };
+    SourcedCamera { camera, source: CameraSource::Board }
+}
+
+fn film(pictures: impl IntoIterator<Item = RgbImage>) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (i, picture) in pictures.into_iter().enumerate() {
+        picture.save(folder.path().join(format!("frame_{i:02}.png"))).unwrap();
+    }
+    folder
+}
+
+fn made(folder: &Path, camera: Option<SourcedCamera>, face: Option<Pixel>) -> Result<Reconstruction, String> {
+    let progress = Progress::new();
+    let frames = FrameSet::open(&[folder.to_owned()], &progress).unwrap();
+    let mut options = ReconstructOptions { texture_size: 256, ..ReconstructOptions::default() };
+    options.person.face = face;
+    let given = Given { camera, ..Given::default() };
+    reconstruct(&frames, &ASSETS, &given, &options, &progress).map_err(|error| error.to_string())
+}
+
+fn head(folder: &TempDir) -> Reconstruction {
+    made(folder.path(), Some(camera()), None).unwrap()
+}
+
+/// Every picture with a polygon of landmarks filled.
+fn painted(polygons: &[&[usize]], colour: [u8; 3]) -> TempDir {
+    film(PICTURES.iter().enumerate().map(|(i, picture)| {
+        let mut picture = picture.clone();
+        for polygon in polygons {
+            let corners: Vec<Vec2> = polygon.iter().map(|&k| face(i).points[k].xy()).collect();
+            fill(&mut picture, &corners, colour);
+        }
+        picture
+    }))
+}
+
+fn fill(picture: &mut RgbImage, corners: &[Vec2], colour: [u8; 3]) {
+    for (x, y, pixel) in picture.enumerate_pixels_mut() {
+        let (x, y) = (f64::from(x), f64::from(y));
+        let crosses =
+            |(a, b): (&Vec2, &Vec2)| (a.y > y) != (b.y > y) && x < a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x);
+        if corners.iter().zip(corners.iter().cycle().skip(1)).filter(|ends| crosses(*ends)).count() % 2 == 1 {
+            *pixel = Rgb(colour);
+        }
+    }
+}
+
+fn levels(times: f64) -> TempDir {
+    film(PICTURES.iter().map(|picture| {
+        let mut picture = picture.clone();
+        picture.pixels_mut().flat_map(|p| &mut p.0).for_each(|c| *c = (f64::from(*c) * times).round().min(255.0) as u8);
+        picture
+    }))
+}
+
+fn warns(head: &Reconstruction, words: &str) {
+    let warnings = &head.report.warnings;
+    assert!(warnings.iter().any(|warning| warning.contains(words)), "no “{words}” in {warnings:#?}");
+    let quality = head.report.quality.as_ref().unwrap();
+    assert!(quality.verdict == Verdict::Warned && quality.unusual().any(|m| m.sentence.contains(words)));
+}
+
+#[test]
+fn a_good_film_has_a_good_verdict_and_no_warning() {
+    let head = head(&film(PICTURES.iter().cloned()));
+    assert_eq!(head.report.warnings, Vec::<String>::new());
+    let quality = head.report.quality.unwrap();
+    assert_eq!(quality.verdict, Verdict::Good, "{:#?}", quality.unusual().collect::<Vec<_>>());
+    assert!(quality.measures.iter().any(|m| m.name == "held_out_correlation"));
+}
+
+#[test]
+fn dark_and_burnt_films_are_said_to_be_so() {
+    warns(&head(&levels(0.12)), "half of the face is darker than level");
+    warns(&head(&levels(2.6)), "% of the face are clipped to white");
+}
+
+#[test]
+fn a_mask_and_dark_glasses_are_said_and_leave_no_colour_on_the_skin() {
+    const MASK: [usize; 25] = [
+        197, 122, 118, 117, 123, 147, 58, 172, 136, 150, 149, 176, 148, 152, 377, 400, 378, 379, 365, 397, 288, 376,
+        352, 346, 347,
+    ];
+    const GLASSES: [&[usize]; 2] = [&[46, 105, 107, 193, 47, 101, 50, 116], &[276, 334, 336, 417, 277, 330, 280, 345]];
+    let blue = |head: &Reconstruction| {
+        let texels = head.texture.pixels().filter(|p| i32::from(p.0[2]) > i32::from(p.0[0]) + 60);
+        texels.count() as f64 / f64::from(head.texture.width() * head.texture.height())
+    };
+    let masked = head(&painted(&[&MASK], [60, 110, 220]));
+    warns(&masked, "mouth, nose and chin differ from the brow");
+    assert!(blue(&masked) < 0.01, "{}", blue(&masked));
+    let hidden = head(&painted(&GLASSES, [20, 24, 160]));
+    warns(&hidden, "the eyes differ from the cheeks");
+    assert!(blue(&hidden) < 0.01, "{}", blue(&hidden));
+}
+
+#[test]
+fn a_film_of_one_side_is_warned_of() {
+    warns(&head(&film(PICTURES[13..].iter().cloned())), "the other side of the face is not seen");
+}
+
+/// The film, then the same person mirrored, elsewhere, and in a light from the side: neither picture nor face goes on.
+fn cut_film(first: usize) -> TempDir {
+    let elsewhere = |picture: &RgbImage| {
+        let mut other = imageops::flip_horizontal(picture);
+        for (x, y, pixel) in other.enumerate_pixels_mut() {
+            let ramp = 0.15 + 1.5 * f64::from(x) / 400.0;
+            let wall = if (x / 40 + y / 40) % 2 == 0 { 0.4 } else { 1.0 };
+            let far = (f64::from(x) - 200.0).hypot(f64::from(y) - 150.0) > 130.0;
+            pixel.0 = pixel.0.map(|c| (f64::from(c) * ramp * if far { wall } else { 1.0 }).min(255.0) as u8);
+        }
+        other
+    };
+    film(PICTURES[..first].iter().cloned().chain(PICTURES[..21 - first].iter().map(elsewhere)))
+}
+
+#[test]
+fn of_a_cut_film_the_longer_shot_is_used() {
+    let head = head(&cut_film(13));
+    assert!(
+        head.report.warnings.iter().any(|w| w.contains("change at once at frame frame_13: a cut")),
+        "{:?}",
+        head.report.warnings
+    );
+    let reasons: Vec<_> = head.report.frames.iter().map(|f| f.reason.as_str()).collect();
+    assert!(reasons[13..].iter().all(|reason| *reason == "another shot"), "{reasons:?}");
+    assert!(head.report.frames[..13].iter().all(|frame| frame.cam_from_head.is_some()));
+}
+
+/// A poster, larger than the person who turns beside it.
+fn beside_a_poster() -> TempDir {
+    film(PICTURES.iter().map(|picture| {
+        let mut both = RgbImage::from_pixel(800, 400, Rgb([120, 120, 115]));
+        imageops::replace(&mut both, picture, 0, 50);
+        let poster = imageops::resize(&PICTURES[10], 520, 390, imageops::FilterType::Triangle);
+        imageops::replace(&mut both, &imageops::crop_imm(&poster, 70, 0, 380, 390).to_image(), 410, 5);
+        both
+    }))
+}
+
+#[test]
+fn beside_a_larger_poster_the_person_who_turns_is_followed() {
+    let folder = beside_a_poster();
+    let head = made(folder.path(), None, None).unwrap();
+    let said = &head.report.warnings;
+    assert!(said.iter().any(|w| w.contains("the one that turns was followed, not the largest one")), "{said:?}");
+    let asked_for = made(folder.path(), None, Some(Pixel(Vec2::new(600.0, 200.0)))).unwrap_err();
+    assert!(asked_for.contains("the head turns by only"), "{asked_for}");
+}
+
+#[test]
+fn a_head_that_nobody_has_is_refused_with_what_was_measured() {
+    // A lens with a quarter of the true focal length.
+    let wrong = SourcedCamera { camera: Camera { fx: 130.0, fy: 130.0, ..camera().camera }, ..camera() };
+    let folder = film(PICTURES.iter().cloned());
+    match made(folder.path(), Some(wrong), None) {
+        Err(said) => assert!(said.contains("no head was made: "), "{said}"),
+        Ok(head) => {
+            let quality = head.report.quality.unwrap();
+            assert_eq!(quality.verdict, Verdict::Warned, "{quality:#?}");
+        }
+    }
+}
