@@ -172,6 +172,14 @@ def test_the_shell_command_takes_every_option_of_the_program(
     assert settings.tracks == "what t.json holds" and settings.motion is None
 
 
+def test_of_several_faces_a_pixel_chooses_one_while_that_is_switched_on(addon: ModuleType) -> None:
+    actions, clip = importlib.import_module(f"{PACKAGE}.reconstruct.actions"), bpy.context.scene.facewright_clip
+    clip.face = (320.0, 180.5)
+    assert actions.options_of(clip).face is None
+    clip.use_face = True
+    assert actions.options_of(clip).face == (320.0, 180.5)
+
+
 CLIP = ROOT / "tests/data/clip"
 
 

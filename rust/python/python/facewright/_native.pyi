@@ -117,7 +117,8 @@ class TrackOptions(_Options):
 
     Keyword arguments, and attributes:
 
-        face: Of several faces the one nearest to this pixel where the clip begins, instead of the largest one that turns
+        face: Of several faces the one nearest to this pixel where the clip begins, instead of the largest one that
+            turns
         from_: Choose points only in this frame, given by its name without extension
         method: Chain of steps
         points: Number of points wanted in each reference frame, found again or new
@@ -151,7 +152,8 @@ class ReconstructOptions(MotionOptions):
 
     Keyword arguments, and attributes:
 
-        face: Of several faces the one nearest to this pixel where the clip begins, instead of the largest one that turns
+        face: Of several faces the one nearest to this pixel where the clip begins, instead of the largest one that
+            turns
         interocular_mm: Interpupillary distance, millimetres, if it is known
         lengths: Length measured on the head between two tracks: their numbers and millimetres; overrides all else
             that is known of the head's size
