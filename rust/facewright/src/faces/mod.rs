@@ -11,6 +11,7 @@
 
 mod appearance;
 mod clip;
+mod cover;
 mod fit;
 mod look;
 mod person;
@@ -21,6 +22,7 @@ mod whose;
 
 pub use appearance::{Appearance, COVERED};
 pub use clip::{Clip, Known};
+pub use cover::uncovered;
 pub use fit::{KnownFrame, KnownHead};
 pub(crate) use fit::{LANDMARK_SIGMA_RAD, landmarks_of, observation};
 pub use look::{Look, look_at};

@@ -2,7 +2,7 @@
 
 use super::skin_tone::SkinTone;
 use crate::FacewrightError;
-use crate::faces::Clip;
+use crate::faces::{Clip, uncovered};
 use crate::head::Measured;
 use geometry::{Camera, Transform, Vec2};
 use image::{GrayImage, Luma, RgbImage, imageops};
@@ -21,7 +21,8 @@ pub struct Cut {
     pub image: RgbImage,
     /// The frame's pixel that is its first.
     corner: [u32; 2],
-    /// 255 where it may show the head's skin or hair, 0 on the wall and on cloth; `None` where that is not known.
+    /// 255 where it may show the head's skin or hair, 0 on the wall, on cloth, and on what covers the skin all the time; `None` where that
+    /// is not known.
     pub skin: Option<GrayImage>,
 }
 
@@ -45,6 +46,13 @@ impl Cut {
             tone.clear_below_face(&mut skin, &self.image, face, &corner);
         }
         self.skin = Some(skin);
+        self
+    }
+
+    /// Without what a mask of it clears.
+    fn only(mut self, mask: &GrayImage) -> Self {
+        let skin = self.skin.get_or_insert_with(|| GrayImage::from_pixel(mask.width(), mask.height(), Luma([255])));
+        skin.iter_mut().zip(mask.iter()).for_each(|(skin, mask)| *skin = (*skin).min(*mask));
         self
     }
 
@@ -95,7 +103,10 @@ fn shown_head(
 ) -> Result<Cut, FacewrightError> {
     let cut = head(picture, measured, pose);
     let Some((face, person)) = clip.faces.face(frame).zip(clip.person(frame)?) else { return Ok(cut) };
-    Ok(cut.showing(&person, face, SkinTone::of(picture, face).as_ref()))
+    let cut = cut.showing(&person, face, SkinTone::of(picture, face).as_ref());
+    let place = (cut.corner, cut.image.dimensions());
+    let bare = clip.faces.appearance().and_then(|usual| uncovered(picture, face, &usual, place));
+    Ok(bare.iter().fold(cut, Cut::only))
 }
 
 /// The head, or the whole frame where it is not in it.
