@@ -5,7 +5,7 @@ use crate::camera::starting_camera;
 use crate::clock::Clock;
 use crate::faces::{Clip, Known, KnownHead, median};
 use crate::head::{Measured, MeasuredFrame, eyes, paper, rest, shape};
-use crate::judge::{Judged, judge};
+use crate::judge::{Judged, because, judge};
 use crate::motion::{Rig, solve_on_films};
 use crate::reason::Told;
 use crate::texture::{make_textures, paper_eyes, plain};
@@ -139,7 +139,7 @@ pub(crate) fn run(
     let (mut measured, scale) = match options.method {
         Method::Default => {
             let parts = [&tracking, &moving, &shaping, &sharpening];
-            solver.measure(&clip, &sourced, parts, &mut clock)?
+            solver.measure(&clip, &sourced, parts, &mut clock).map_err(|error| because(&clip, error))?
         }
         Method::Paper => {
             let measured = paper::measure(&clip, &sourced, &options.size, &shaping)?;

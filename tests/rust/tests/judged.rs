@@ -104,8 +104,13 @@ fn a_good_film_has_a_good_verdict_and_no_warning() {
 
 #[test]
 fn dark_and_burnt_films_are_said_to_be_so() {
-    warns(&head(&levels(0.12)), "half of the face is darker than level");
-    warns(&head(&levels(2.6)), "% of the face are clipped to white");
+    for (times, words) in [(0.12, "half of the face is darker than level"), (2.6, "% of the face are clipped to white")]
+    {
+        match made(levels(times).path(), Some(camera()), None) {
+            Ok(head) => warns(&head, words),
+            Err(said) => assert!(said.contains("no head was made") && said.contains(words), "{said}"),
+        }
+    }
 }
 
 #[test]

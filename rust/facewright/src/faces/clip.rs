@@ -2,7 +2,7 @@
 
 use super::look::CHUNK;
 use super::person::People;
-use super::shots::{leave_out_others, undecided};
+use super::shots::{forget_signatures, leave_out_others, undecided};
 use super::whose::another;
 use super::{FaceOptions, Faces, Followed, KnownHead, Placing, landmarks_of, look_at};
 use crate::frames::Octave;
@@ -99,7 +99,8 @@ impl<'a> Clip<'a> {
             }
             None => looking.first(&first)?,
         };
-        let clip = looking.finish(faces, finishing)?;
+        let mut clip = looking.finish(faces, finishing)?;
+        forget_signatures(&mut clip.faces);
         progress.done()?;
         Ok(clip)
     }

@@ -109,6 +109,11 @@ pub fn leave_out_others(faces: &mut Faces) {
     }
 }
 
+/// The shots are known: looks are again what files have of them.
+pub fn forget_signatures(faces: &mut Faces) {
+    faces.frames.iter_mut().filter_map(|frame| frame.look.as_mut()).for_each(|look| look.signature = None);
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

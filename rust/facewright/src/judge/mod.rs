@@ -1,7 +1,8 @@
 //! The result held against what heads are, and against its film.
 //!
 //! # Entry point
-//! [`judge`]: every measure of [`crate::Quality`], or an error for a head that nobody can have.
+//! - [`judge`]: every measure of [`crate::Quality`], or an error for a head that nobody can have.
+//! - [`because`]: what was measured on the film of which no head could be made.
 //!
 //! # Conventions
 //! [`range`] says what a measure may be, and why. A sentence names what was measured and what helps; a cause only where it was measured.
@@ -14,7 +15,7 @@ use crate::faces::{Clip, median, yaw_pitch};
 use crate::head::Measured;
 use crate::head::regions::{self, Region};
 use crate::texture::Skin;
-use crate::{CameraSource, FacewrightError, FitReport, Measure, Method, Quality};
+use crate::{CameraSource, ErrorGroup, FacewrightError, FitReport, Measure, Method, Quality};
 use geometry::Vec3;
 use head::GenericHead;
 use range::Range;
@@ -48,6 +49,15 @@ pub fn judge(judged: &Judged) -> Result<Quality, FacewrightError> {
     match measures.iter().find(|measure| !measure.is_possible()) {
         Some(impossible) => Err(FacewrightError::ImpossibleHead { reason: impossible.sentence.clone() }),
         None => Ok(Quality::of(measures)),
+    }
+}
+
+/// What is said where no head could be measured: what is unusual about the light of its film, or a cover, if anything is.
+pub fn because(clip: &Clip, error: FacewrightError) -> FacewrightError {
+    let unusual = light(clip).into_iter().find(|measure| !measure.is_usual());
+    match unusual.filter(|_| error.group() == ErrorGroup::Film) {
+        Some(measure) => FacewrightError::ImpossibleHead { reason: measure.sentence },
+        None => error,
     }
 }
 
@@ -91,12 +101,12 @@ fn light(clip: &Clip) -> Vec<Measure> {
         range::LEVEL.measure(
             level,
             format!("half of the face is darker than level {level:.0}"),
-            "the texture shows it as it was filmed. Film with even light, and let the camera expose for the face",
+            "film with even light, and let the camera expose for the face",
         ),
         range::CLIPPED.measure(
             clipped,
             format!("{clipped:.0} % of the face are clipped to white"),
-            "there the texture shows no skin. Film with less light, or let the camera expose for the face",
+            "film with less light, or let the camera expose for the face",
         ),
         range::MOUTH_COVER.measure(
             mouth,

@@ -56,7 +56,7 @@ impl<'a> Stretch<'a> {
     pub fn flipped(&self) -> f64 {
         let turned = |t: &[usize; 3]| cross(&self.head.positions, t).dot(&cross(&self.laid, t)) < 0.0;
         let flipped = self.of_region(|region| region != Region::Features).filter(turned);
-        flipped.map(|t| cross(&self.head.positions, &t).norm() / 2.0).sum()
+        flipped.map(|t| cross(&self.head.positions, &t).norm() / 2.0).sum::<f64>().abs()
     }
 
     /// How far an ear is from where the generic head has it: the worse of both, metres.
