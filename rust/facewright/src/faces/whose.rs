@@ -15,7 +15,7 @@ use vision::landmarks::{Face, FaceLandmarker};
 
 /// A face that turns by less than this part of another's turn is not the one whom the film is about.
 const TURNS_LESS: f64 = 0.5;
-/// A turn that counts, radians: landmarks of a still face jitter by a third of it.
+/// A turn that counts, radians: two thirds of the least that a good film has.
 const TURN: f64 = 0.15;
 /// Between two looks a face moves by less than its size, in distances between the eyes.
 const MOVES: f64 = 1.5;
@@ -87,9 +87,12 @@ impl Followed {
     }
 }
 
-/// One person: the face in each of some frames.
+/// A face in each of some frames.
+pub type Sightings = Vec<(usize, Face)>;
+
+/// One person.
 struct Person {
-    faces: Vec<(usize, Face)>,
+    faces: Sightings,
 }
 
 impl Person {
@@ -123,7 +126,7 @@ pub fn another(
     landmarker: &FaceLandmarker,
     (options, every): (&FaceOptions, usize),
     progress: &Progress,
-) -> Result<Option<(Vec<(usize, Face)>, Followed)>, FacewrightError> {
+) -> Result<Option<(Sightings, Followed)>, FacewrightError> {
     let looked: Vec<usize> = faces.looked().into_iter().step_by(every).collect();
     let all = |&frame: &usize| {
         progress.step(0, 1)?;
