@@ -2,6 +2,7 @@
 
 use crate::{FacewrightError, FrameSet};
 use geometry::{Camera, Vec2};
+use motion::bundle::{FocalPrior, LensPrior};
 use serde::{Deserialize, Serialize};
 
 /// Where the camera's numbers come from.
@@ -92,6 +93,67 @@ impl CameraSource {
             Self::Estimated => 0.15,
         }
     }
+}
+
+/// What the focal length of a phone or a webcam is, in longer sides of the picture, and the deviation of its logarithm: webcams have 0.75 to
+/// 1.1, phones that film 0.8 to 1.3, twice that with the longer lens; points soon outweigh it.
+const FOCAL: (f64, f64) = (1.1, 0.35);
+/// Standard deviation of the principal point of cameras about the middle of the picture, in longer sides.
+const PRINCIPAL_POINT_SIGMA: f64 = 0.012;
+/// The radial distortion `k1` of cameras, and its deviation: phones straighten what they film, a compact camera has 0.02, webcams −0.1 to
+/// −0.25 (BoofCV's calibration sets), and hardly any lens bends the other way.
+const DISTORTION: (f64, f64) = (-0.06, 0.1);
+
+/// What is known of the focal length before anything moves; `None` for a calibrated one.
+pub(crate) fn focal_prior(sourced: &SourcedCamera) -> Option<FocalPrior> {
+    let camera = &sourced.camera;
+    match sourced.source {
+        CameraSource::Board => None,
+        CameraSource::Exif => Some(FocalPrior { focal_px: camera.fx, log_sigma: sourced.source.focal_sigma() }),
+        CameraSource::Estimated => Some(FocalPrior { focal_px: FOCAL.0 * longer(camera), log_sigma: FOCAL.1 }),
+    }
+}
+
+/// What is known of a lens that nobody has calibrated.
+pub(crate) fn lens_prior(sourced: &SourcedCamera) -> Option<LensPrior> {
+    let camera = &sourced.camera;
+    let middle = Camera::centred(camera.width, camera.height, camera.fx);
+    (sourced.source != CameraSource::Board).then(|| LensPrior {
+        principal_px: Vec2::new(middle.cx, middle.cy),
+        principal_sigma_px: PRINCIPAL_POINT_SIGMA * longer(camera),
+        k1: DISTORTION.0,
+        k1_sigma: DISTORTION.1,
+    })
+}
+
+/// The same camera, with the usual distortion where nobody has calibrated it.
+pub(crate) fn usual_lens(sourced: SourcedCamera) -> SourcedCamera {
+    match sourced.source {
+        CameraSource::Exif | CameraSource::Estimated if sourced.camera.k1 == 0.0 => {
+            SourcedCamera { camera: Camera { k1: DISTORTION.0, ..sourced.camera }, ..sourced }
+        }
+        _ => sourced,
+    }
+}
+
+/// What is said of a lens that nobody has calibrated and whose middle the points found elsewhere than the picture's.
+pub(crate) fn part_of_picture(camera: &Camera) -> Option<String> {
+    let middle = Camera::centred(camera.width, camera.height, camera.fx);
+    let aside = Vec2::new(camera.cx - middle.cx, camera.cy - middle.cy);
+    let part = |shift: f64, size: u32| 100.0 * shift.abs() / f64::from(size);
+    (aside.norm() > 1e-6).then(|| {
+        format!(
+            "the head moves as if the middle of the lens were {:.0} % of the width and {:.0} % of the height away from the picture's middle: \
+             the picture is a part of a larger one. That was solved for; for true proportions film the whole picture or calibrate with \
+             a board",
+            part(aside.x, camera.width),
+            part(aside.y, camera.height)
+        )
+    })
+}
+
+fn longer(camera: &Camera) -> f64 {
+    f64::from(camera.width.max(camera.height))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The whole path: faces → track → motion → shape → unseen → features → eyes → keys → texture → result, each the same function that its
 //! own command runs.
 
-use crate::camera::starting_camera;
+use crate::camera::{part_of_picture, starting_camera};
 use crate::clock::Clock;
 use crate::faces::{Clip, Known, KnownHead, median};
 use crate::head::{Measured, MeasuredFrame, eyes, paper, rest, shape};
@@ -132,14 +132,14 @@ pub(crate) fn run(
     let (mut clock, head) = (Clock::start(), &assets.head);
     let sourced = starting_camera(frames, given.camera.as_ref())?;
     let known = Known { faces: given.faces.as_ref(), camera: &sourced, size: &options.size, person: &options.person };
-    let clip = Clip::look(frames, assets, &known, &looking)?;
+    let mut clip = Clip::look(frames, assets, &known, &looking)?;
     rig.map_or(Ok(()), |rig| rig.check(&clip))?;
     clock.lap("faces");
     let solver = Solver { given, size: &options.size, rig };
     let (mut measured, scale) = match options.method {
         Method::Default => {
             let parts = [&tracking, &moving, &shaping, &sharpening];
-            solver.measure(&clip, &sourced, parts, &mut clock).map_err(|error| because(&clip, error))?
+            solver.measure(&mut clip, &sourced, parts, &mut clock).map_err(|error| because(&clip, error))?
         }
         Method::Paper => {
             let measured = paper::measure(&clip, &sourced, &options.size, &shaping)?;
@@ -209,12 +209,13 @@ impl Solver<'_> {
     /// The shape, in two rounds, and what its size rests on.
     fn measure(
         &self,
-        clip: &Clip,
+        clip: &mut Clip,
         camera: &SourcedCamera,
         [tracking, moving, shaping, sharpening]: [&Progress; 4],
         clock: &mut Clock,
     ) -> Result<(Measured, Scale), FacewrightError> {
         let motion = self.motion(clip, camera, [tracking, moving], clock)?;
+        clip.refit(&motion.camera.camera, self.size)?;
         let chosen = shape::choose(clip, &motion)?;
         let measured = shape::measure(clip, &clip.known, &motion, chosen, self.size, shaping)?;
         clock.lap("shape");
@@ -310,6 +311,7 @@ fn warnings(
 ) -> Vec<String> {
     let mut warnings = clip.faces.warnings();
     warnings.extend(measured.focal_sigma_px.map_or_else(|| camera_warning(source), |_| None));
+    warnings.extend(part_of_picture(&measured.camera).filter(|_| source != CameraSource::Board));
     warnings.extend(measured.warnings.iter().cloned());
     warnings.extend(of_texture);
     warnings.extend(quality.unusual().map(|measure| measure.sentence.clone()));

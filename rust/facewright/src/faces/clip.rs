@@ -8,7 +8,7 @@ use super::{FaceOptions, Faces, Followed, KnownHead, Placing, landmarks_of, look
 use crate::frames::Octave;
 use crate::patches::octave;
 use crate::{Assets, FacewrightError, FrameSet, SizeOptions, SourcedCamera};
-use geometry::{Progress, Transform};
+use geometry::{Camera, Progress, Transform};
 use head::GenericHead;
 use head::fit::{FitOptions, FrameObservation, LandmarkFit, fit_landmarks};
 use rayon::prelude::*;
@@ -31,6 +31,11 @@ const FAR_RAD: f64 = 0.2;
 const FAR_SHIFT: f64 = 0.6;
 /// Usual distance between the eyes, metres.
 const EYES: f64 = 0.063;
+/// The landmarks' head is fitted anew for a focal length that is another by this, of its logarithm: from there on the distance of a head
+/// tells its shape otherwise …
+const OTHER_FOCAL: f64 = 0.22;
+/// … or for a camera that is aimed elsewhere, radians.
+const OTHER_AIM_RAD: f64 = 0.05;
 /// Times that the nets look again where the head is too fast, and where points lose it.
 const ROUNDS: usize = 5;
 
@@ -103,6 +108,22 @@ impl<'a> Clip<'a> {
         forget_signatures(&mut clip.faces);
         progress.done()?;
         Ok(clip)
+    }
+
+    /// Fits the head to the landmarks anew where points have found a camera under which it would look another: the poses that begin the
+    /// shape would be another head's.
+    ///
+    /// # Errors
+    /// Those of [`fit_landmarks`].
+    pub fn refit(&mut self, camera: &Camera, size: &SizeOptions) -> Result<(), FacewrightError> {
+        let before = &self.landmark_fit.camera;
+        let aside = (camera.cx - before.cx).hypot(camera.cy - before.cy) / camera.fx;
+        if (camera.fx / before.fx).ln().abs() < OTHER_FOCAL && aside < OTHER_AIM_RAD {
+            return Ok(());
+        }
+        let options = FitOptions { size: size.head_size(), ..FitOptions::default() };
+        self.landmark_fit = fit_landmarks(self.head, camera, &self.seen, &options, &Progress::new())?;
+        Ok(())
     }
 
     /// Pose of the head by the landmarks of a frame that was looked at; by its points in another.

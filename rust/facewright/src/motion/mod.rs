@@ -21,6 +21,7 @@ mod rig;
 mod rigid;
 mod scale;
 
+use crate::camera::{focal_prior, lens_prior, usual_lens};
 use crate::clock::Clock;
 use crate::faces::{LANDMARK_SIGMA_RAD, check_turn};
 use crate::patches::threshold_px;
@@ -29,7 +30,7 @@ use clap::Args;
 pub(crate) use films::{Rig, solve_on_films};
 use geometry::{Camera, Progress, Transform};
 pub use head_motion::{FrameMotion, HeadMotion, PointMotion, Roughness};
-use motion::bundle::{FocalPrior, PointPrior};
+use motion::bundle::PointPrior;
 use motion::sequence::{PointTrack, Sequence, SequenceOptions, Sighting, reconstruct_sequence};
 pub use rig::{RigTracks, solve_motion_on_rig};
 use rigid::{Judged, judge};
@@ -102,7 +103,7 @@ pub fn solve_motion(
     progress: &Progress,
 ) -> Result<HeadMotion, FacewrightError> {
     let mut clock = Clock::start();
-    let camera = known_or_tracked(camera, tracks)?;
+    let camera = usual_lens(known_or_tracked(camera, tracks)?);
     check(tracks, options)?;
     let problem = Problem::new(tracks, camera);
     let skin: Vec<bool> = tracks.tracks.iter().map(|track| track.region == Region::Skin).collect();
@@ -169,6 +170,7 @@ impl Problem {
             threshold_px: threshold_px(&poses, &camera.camera),
             refine_focal: camera.source != CameraSource::Board,
             focal_prior: focal_prior(&camera),
+            lens_prior: lens_prior(&camera),
             point_priors: point_priors(tracks),
             ..SequenceOptions::default()
         };
@@ -205,16 +207,4 @@ impl Problem {
 fn point_priors(tracks: &Tracks) -> Vec<PointPrior> {
     let placed = tracks.tracks.iter().enumerate().filter_map(|(k, track)| Some((k, track.place?)));
     placed.map(|(k, place)| PointPrior::near(k, place.into(), SURFACE_SIGMA_M)).collect()
-}
-
-/// How far landmarks alone may be off a focal length that nothing else tells, as part of it.
-const LANDMARKS_FOCAL_SIGMA: f64 = 0.4;
-
-/// What is known of the focal length before anything moves; `None` for a calibrated one.
-fn focal_prior(camera: &SourcedCamera) -> Option<FocalPrior> {
-    let relative = match camera.source {
-        CameraSource::Estimated => LANDMARKS_FOCAL_SIGMA,
-        source => source.focal_sigma(),
-    };
-    (relative > 0.0).then_some(FocalPrior { focal_px: camera.camera.fx, sigma_px: relative * camera.camera.fx })
 }

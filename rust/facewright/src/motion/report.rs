@@ -5,6 +5,7 @@ use super::head_motion::{FrameMotion, HeadMotion, PointMotion, Roughness};
 use super::rigid::{Judged, place};
 use super::scale::{Size, by_landmarks, by_lengths};
 use super::{MotionOptions, Problem};
+use crate::camera::part_of_picture;
 use crate::clock::Clock;
 use crate::faces::median;
 use crate::reason::{brief, tally};
@@ -184,6 +185,7 @@ fn warnings(
             ));
         }
     }
+    warnings.extend(part_of_picture(&motion.camera).filter(|_| motion.is_lens_free));
     if !motion.anchored {
         warnings
             .push("the tracks contradict the landmarks' poses: the head's own directions and size are guessed".into());

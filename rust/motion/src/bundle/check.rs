@@ -28,7 +28,13 @@ pub(super) fn check(bundle: &Bundle, options: &BundleOptions) -> Result<(), Moti
     }
     if let Some(prior) = options.focal_prior {
         positive("the focal prior", prior.focal_px)?;
-        positive("the focal prior's standard deviation", prior.sigma_px)?;
+        positive("the focal prior's standard deviation", prior.log_sigma)?;
+    }
+    if let Some(prior) = options.lens_prior {
+        positive("the principal point's standard deviation", prior.principal_sigma_px)?;
+        positive("the standard deviation of k1", prior.k1_sigma)?;
+        let expected = [prior.principal_px.x, prior.principal_px.y, prior.k1];
+        expected.into_iter().try_for_each(|value| finite("the lens prior", value))?;
     }
     if let Loss::Huber(limit) | Loss::Cauchy(limit) = options.loss {
         positive("the loss's limit", limit)?;

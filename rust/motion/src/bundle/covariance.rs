@@ -10,7 +10,7 @@ use faer::linalg::triangular_inverse::invert_lower_triangular;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, MatRef, Par};
 use geometry::Mat3;
-use nalgebra::{Matrix6, SMatrix};
+use nalgebra::{Matrix5, Matrix6, SMatrix};
 use rayon::prelude::*;
 
 /// Covariances in the gauge of the adjustment: a fixed or held pose is exact, and so is the coordinate that holds the scale
@@ -23,8 +23,8 @@ pub struct Covariances {
     pub poses: Vec<Matrix6<f64>>,
     /// Of each point in the head frame, m²; `None` for a point that does not count.
     pub points: Vec<Option<Mat3>>,
-    /// Of `fx` (px), `k1` and `k2`; zero for what is kept.
-    pub camera: Mat3,
+    /// Of `fx` (px), `k1`, `k2`, `cx` and `cy` (px); zero for what is kept.
+    pub camera: Matrix5<f64>,
 }
 
 impl Layout<'_> {
@@ -47,14 +47,14 @@ impl Layout<'_> {
         }
     }
 
-    /// The covariance of `fx`, `k1`, `k2` in units of the observations' variance: the inverse of the last corner.
-    pub(super) fn camera_covariance(&self, reduced: &Reduced, focal_px: f64) -> Mat3 {
+    /// The covariance of `fx`, `k1`, `k2`, `cx`, `cy` in units of the observations' variance: the inverse of the last corner.
+    pub(super) fn camera_covariance(&self, reduced: &Reduced, focal_px: f64) -> Matrix5<f64> {
         let (factor, first, count) = (reduced.matrix.view(), self.frame_columns, self.camera.len());
         let mut inverse = Mat::<f64>::identity(count, count);
         solve_lower_triangular_in_place(factor.submatrix(first, first, count, count), inverse.as_mut(), Par::Seq);
         let product = inverse.transpose() * &inverse;
         let unit = |k: usize| if k == 0 { focal_px } else { 1.0 };
-        let mut covariance = Mat3::zeros();
+        let mut covariance = Matrix5::zeros();
         for (i, &k) in self.camera.iter().enumerate() {
             for (j, &l) in self.camera.iter().enumerate() {
                 covariance[(k, l)] = product[(i, j)] * unit(k) * unit(l);

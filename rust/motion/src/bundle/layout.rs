@@ -1,6 +1,7 @@
 //! Which observations count, and which unknown stands where.
 
 use super::gauge::{Gauge, Held, hold};
+use super::squares::CAMERA;
 use super::{Bundle, BundleOptions};
 use crate::MotionError;
 use geometry::Vec2;
@@ -50,7 +51,7 @@ pub(super) struct Layout<'a> {
     pub(super) column_of_frame: Vec<Option<usize>>,
     /// Columns of all frames: those of the camera follow.
     pub(super) frame_columns: usize,
-    /// Unknowns of the camera that are refined: 0 the logarithm of the focal length, 1 `k1`, 2 `k2`.
+    /// Unknowns of the camera that are refined: 0 the logarithm of the focal length, 1 `k1`, 2 `k2`, 3 `cx`, 4 `cy`.
     pub(super) camera: Vec<usize>,
     pub(super) held: Held,
 }
@@ -81,8 +82,9 @@ impl<'a> Layout<'a> {
         let mut place_of_point = vec![None; bundle.points.len()];
         points.iter().enumerate().for_each(|(place, &point)| place_of_point[point] = Some(place));
         let chunks = chunks(&sights, &sights_of, &column_of_frame);
-        let camera = (0..3).filter(|&k| if k == 0 { options.refine_focal } else { options.refine_distortion });
-        let camera = camera.collect();
+        let lens = options.lens_prior.is_some();
+        let refined = [options.refine_focal, options.refine_distortion || lens, options.refine_distortion, lens, lens];
+        let camera = (0..CAMERA).filter(|&k| refined[k]).collect();
         let layout =
             Self { options, points, place_of_point, sights, chunks, column_of_frame, frame_columns, camera, held };
         let enough = !layout.sights.is_empty() && layout.numbers() >= layout.unknowns();
@@ -104,7 +106,8 @@ impl<'a> Layout<'a> {
     pub(super) fn numbers(&self) -> usize {
         let focal = usize::from(self.options.refine_focal && self.options.focal_prior.is_some());
         let of_points = self.options.point_priors.iter().filter(|prior| self.place_of_point[prior.point].is_some());
-        2 * self.sights.len() + 3 * of_points.count() + 6 * self.options.pose_priors.len() + focal
+        let lens = if self.options.lens_prior.is_some() { 3 } else { 0 };
+        2 * self.sights.len() + 3 * of_points.count() + 6 * self.options.pose_priors.len() + focal + lens
     }
 
     /// The column that is held still to hold the scale.

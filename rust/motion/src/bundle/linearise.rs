@@ -4,10 +4,11 @@ use super::State;
 use super::block::{Column, Inputs, SIZE, Seen, ZERO};
 use super::layout::{Chunk, Layout, Sight};
 use super::squares::{
-    CameraSquares, FRAME_BY_CAMERA, OF_CAMERA, OF_FRAME, OF_POINT, OF_SIGHT, POINT_BY_CAMERA, Squares, TRIANGLE,
+    CAMERA, CAMERA_TRIANGLE, CameraSquares, FRAME_BY_CAMERA, OF_CAMERA, OF_FRAME, OF_POINT, OF_SIGHT, POINT_BY_CAMERA,
+    Squares, TRIANGLE,
 };
 use geometry::Mat3;
-use nalgebra::Matrix6;
+use nalgebra::{Matrix5, Matrix6};
 use pulp::{NullaryFnOnce, Simd, WithSimd};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -47,11 +48,11 @@ pub(super) struct Linearised {
     pub(super) camera: CameraBlock,
 }
 
-/// The camera's own block: logarithm of the focal length, `k1`, `k2`, refined or not.
+/// The camera's own block: its [`CAMERA`] unknowns, refined or not.
 #[derive(Clone, Copy, Default)]
 pub(super) struct CameraBlock {
-    pub(super) hessian: Mat3,
-    pub(super) gradient: [f64; 3],
+    pub(super) hessian: Matrix5<f64>,
+    pub(super) gradient: [f64; CAMERA],
 }
 
 const NO_FRAME: FrameBlock = FrameBlock { sums: [0.0; OF_FRAME], by_camera: [0.0; FRAME_BY_CAMERA] };
@@ -77,7 +78,7 @@ impl FrameBlock {
 
     /// Against one unknown of the camera.
     pub(super) fn by_camera(&self, unknown: usize) -> [f64; 6] {
-        let (shift, turn) = (3 * unknown, 9 + 3 * unknown);
+        let (shift, turn) = (3 * unknown, 3 * (CAMERA + unknown));
         std::array::from_fn(|k| self.by_camera[if k < 3 { turn + k } else { shift + k - 3 }])
     }
 
@@ -147,13 +148,15 @@ impl Layout<'_> {
         let counts = self.options.point_priors.iter().filter(|prior| self.place_of_point[prior.point].is_some());
         let points = counts.map(|prior| prior.evaluate(&state.points[prior.point]).0);
         let poses = self.options.pose_priors.iter().map(|p| p.evaluate(&state.poses[p.frame]).0.norm_squared());
-        points.sum::<f64>() + poses.sum::<f64>() + self.focal_residual(state).map_or(0.0, |(r, _)| r * r)
+        points.sum::<f64>() + poses.sum::<f64>() + self.camera_residuals(state).map(|(_, r, _)| r * r).sum::<f64>()
     }
 
-    /// Residual of the focal prior and its derivative by the logarithm of the focal length.
-    fn focal_residual(&self, state: &State) -> Option<(f64, f64)> {
-        let prior = self.options.focal_prior.filter(|_| self.options.refine_focal)?;
-        Some(((state.camera.fx - prior.focal_px) / prior.sigma_px, state.camera.fx / prior.sigma_px))
+    /// What is known of the camera's unknowns: which, the residual, and its derivative by the unknown.
+    fn camera_residuals(&self, state: &State) -> impl Iterator<Item = (usize, f64, f64)> {
+        let (camera, options) = (state.camera, self.options);
+        let focal = options.focal_prior.filter(|_| options.refine_focal).map(|prior| prior.evaluate(&camera));
+        let lens = options.lens_prior.iter().flat_map(move |prior| prior.evaluate(&camera));
+        focal.map(|(residual, slope)| (0, residual, slope)).into_iter().chain(lens)
     }
 
     pub(super) fn linearise(&self, state: &State, into: &mut Linearised) {
@@ -169,8 +172,11 @@ impl Layout<'_> {
             sums.for_each(|(frame, sum)| sum.add(&blocks.frames, frame, chunk.frames.len()));
             camera.iter_mut().zip(&blocks.camera).for_each(|(sum, value)| *sum += value);
         }
-        let [xx, xy, yy, xz, yz, zz, x, y, z] = camera;
-        into.camera = CameraBlock { hessian: Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz), gradient: [x, y, z] };
+        let product = |i: usize, j: usize| camera[i.max(j) * (i.max(j) + 1) / 2 + i.min(j)];
+        into.camera = CameraBlock {
+            hessian: Matrix5::from_fn(product),
+            gradient: std::array::from_fn(|k| camera[CAMERA_TRIANGLE + k]),
+        };
         self.add_priors(state, into);
     }
 
@@ -188,9 +194,9 @@ impl Layout<'_> {
             let gradient = jacobian.transpose() * residual;
             into.frames[prior.frame].add_prior(&(jacobian.transpose() * jacobian), gradient.as_slice());
         }
-        if let Some((residual, slope)) = self.focal_residual(state) {
-            into.camera.hessian[(0, 0)] += slope * slope;
-            into.camera.gradient[0] += slope * residual;
+        for (k, residual, slope) in self.camera_residuals(state) {
+            into.camera.hessian[(k, k)] += slope * slope;
+            into.camera.gradient[k] += slope * residual;
         }
     }
 
@@ -257,7 +263,7 @@ impl WithSimd for Fill<'_> {
             squares.fill(simd, (&inputs, &seen), &state.camera, of_sight);
             blocks.cost += seen.loss[..sights.len()].iter().sum::<f64>();
             if let Some(squares) = &mut by_camera {
-                squares.fill(simd, &inputs, &seen, &state.camera);
+                squares.fill(simd, (&inputs, &seen), &state.camera, &layout.camera);
                 for (sum, column) in blocks.camera.iter_mut().zip(&squares.own) {
                     *sum += column[..sights.len()].iter().sum::<f64>();
                 }

@@ -32,7 +32,7 @@ mod squares;
 pub use covariance::Covariances;
 pub use gauge::{Gauge, Held, HeldScale};
 pub use outliers::{Rejection, reject_outliers, residuals};
-pub use priors::{FocalPrior, PointPrior, PosePrior};
+pub use priors::{FocalPrior, LensPrior, PointPrior, PosePrior};
 pub use report::{BundleReport, Fit};
 
 use crate::MotionError;
@@ -81,6 +81,8 @@ pub struct BundleOptions {
     pub focal_prior: Option<FocalPrior>,
     /// Refine `k1` and `k2`.
     pub refine_distortion: bool,
+    /// Refine principal point and `k1`, of which this is known.
+    pub lens_prior: Option<LensPrior>,
     /// Frames whose pose is kept.
     pub fixed_frames: Vec<usize>,
     /// What is done about turn, shift and scale of the head frame where fixed frames and priors leave them free.
@@ -105,6 +107,7 @@ impl Default for BundleOptions {
             refine_focal: false,
             focal_prior: None,
             refine_distortion: false,
+            lens_prior: None,
             fixed_frames: vec![0],
             gauge: Gauge::Held,
             point_priors: Vec::new(),
@@ -254,7 +257,9 @@ impl Layout<'_> {
                     next.camera.fy *= change.exp();
                 }
                 1 => next.camera.k1 += change,
-                _ => next.camera.k2 += change,
+                2 => next.camera.k2 += change,
+                3 => next.camera.cx += change,
+                _ => next.camera.cy += change,
             }
         }
     }

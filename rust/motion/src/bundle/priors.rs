@@ -1,15 +1,52 @@
 //! What is known beside the observations, as residuals in standard deviations.
 
-use geometry::{Mat3, Transform, Vec3, skew};
+use geometry::{Camera, Mat3, Transform, Vec2, Vec3, skew};
 use nalgebra::{Matrix6, UnitQuaternion, Vector6};
 
-/// The focal length is known to some extent.
+/// The focal length is known to some extent: a factor, since twice as long is as likely as half.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FocalPrior {
     /// Expected `fx`, pixels.
     pub focal_px: f64,
-    /// Its standard deviation, pixels.
-    pub sigma_px: f64,
+    /// Standard deviation of its logarithm.
+    pub log_sigma: f64,
+}
+
+impl FocalPrior {
+    /// The residual and its derivative by the logarithm of the focal length.
+    pub(super) fn evaluate(&self, camera: &Camera) -> (f64, f64) {
+        ((camera.fx / self.focal_px).ln() / self.log_sigma, 1.0 / self.log_sigma)
+    }
+}
+
+/// Principal point and `k1` are known to some extent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LensPrior {
+    /// Expected principal point, pixels.
+    pub principal_px: Vec2,
+    /// Standard deviation of each of its coordinates, pixels.
+    pub principal_sigma_px: f64,
+    /// Expected `k1`.
+    pub k1: f64,
+    /// Its standard deviation.
+    pub k1_sigma: f64,
+}
+
+impl LensPrior {
+    /// Whether a camera has the principal point expected.
+    pub(crate) fn is_centred(&self, camera: &Camera) -> bool {
+        (Vec2::new(camera.cx, camera.cy) - self.principal_px).norm() < 1e-6
+    }
+
+    /// Which of the camera's unknowns, the residual, and its derivative by the unknown.
+    pub(super) fn evaluate(&self, camera: &Camera) -> [(usize, f64, f64); 3] {
+        let one = |k, value: f64, expected: f64, sigma: f64| (k, (value - expected) / sigma, 1.0 / sigma);
+        [
+            one(1, camera.k1, self.k1, self.k1_sigma),
+            one(3, camera.cx, self.principal_px.x, self.principal_sigma_px),
+            one(4, camera.cy, self.principal_px.y, self.principal_sigma_px),
+        ]
+    }
 }
 
 /// A point is known to lie near a place, or near a plane.

@@ -15,12 +15,16 @@ pub(super) const OF_FRAME: usize = 27;
 pub(super) const OF_POINT: usize = 9;
 /// What its frame's block against its point's is made of.
 pub(super) const OF_SIGHT: usize = 12;
-/// Sums of an observation against the camera's three unknowns: nine for the frame's shift, nine for its turn.
-pub(super) const FRAME_BY_CAMERA: usize = 18;
+/// Unknowns of the camera, refined or not: the logarithm of the focal length, `k1`, `k2`, `cx`, `cy`.
+pub(super) const CAMERA: usize = 5;
+/// Sums of an observation against them: three each for the frame's shift, then three each for its turn.
+pub(super) const FRAME_BY_CAMERA: usize = 6 * CAMERA;
 /// The same for the point.
-pub(super) const POINT_BY_CAMERA: usize = 9;
-/// Sums of an observation that the camera takes.
-pub(super) const OF_CAMERA: usize = 9;
+pub(super) const POINT_BY_CAMERA: usize = 3 * CAMERA;
+/// Products of the camera's unknowns, a triangle of them …
+pub(super) const CAMERA_TRIANGLE: usize = CAMERA * (CAMERA + 1) / 2;
+/// … and all sums of an observation that the camera takes.
+pub(super) const OF_CAMERA: usize = CAMERA_TRIANGLE + CAMERA;
 
 /// Derivatives of the observations, squared and weighted.
 pub(super) struct Squares {
@@ -30,13 +34,13 @@ pub(super) struct Squares {
     pub(super) of_point: [Column; OF_POINT],
 }
 
-/// Derivatives against those by logarithm of the focal length, `k1` and `k2`: `C` with three columns.
+/// Derivatives against those by the camera's unknowns: `C` with a column for each; zero for what is not refined.
 pub(super) struct CameraSquares {
     /// `Cᵀ J` row by row, then `y` × each row.
     pub(super) by_frame: [Column; FRAME_BY_CAMERA],
     /// `Cᵀ J R` row by row.
     pub(super) by_point: [Column; POINT_BY_CAMERA],
-    /// `Cᵀ C` in the order of `H`, then `Cᵀ r`.
+    /// The lower triangle of `Cᵀ C` row by row, then `Cᵀ r`.
     pub(super) own: [Column; OF_CAMERA],
 }
 
@@ -193,8 +197,15 @@ impl CameraSquares {
     }
 
     #[inline(always)]
-    pub(super) fn fill<S: Simd>(&mut self, simd: S, inputs: &Inputs, seen: &Seen, camera: &Camera) {
+    pub(super) fn fill<S: Simd>(
+        &mut self,
+        simd: S,
+        (inputs, seen): (&Inputs, &Seen),
+        camera: &Camera,
+        refined: &[usize],
+    ) {
         let Camera { fx, fy, k1, k2, k3, p1, p2, .. } = *camera;
+        let zero = Lanes::splat(simd, 0.0);
         for i in 0..SIZE / S::F64_LANES {
             let jacobian = Jacobian::new(simd, inputs, seen, camera, i);
             let ([u, v], [a, b], w) = (jacobian.rows, jacobian.normalised, jacobian.weight);
@@ -209,21 +220,22 @@ impl CameraSquares {
                 across * (b * factor + Lanes::splat(simd, p1) * r2),
             ];
             let k1 = [along * a * r2, across * b * r2];
-            let by_camera = [focal, k1, [k1[0] * r2, k1[1] * r2]];
-            let mut own = [[w; 3]; 3];
-            for (k, c) in by_camera.iter().enumerate() {
+            let (right, down) = ([jacobian.inverse_sigma, zero], [zero, jacobian.inverse_sigma]);
+            let by_camera = [focal, k1, [k1[0] * r2, k1[1] * r2], right, down];
+            for &k in refined {
+                let c = by_camera[k];
                 let weighted = [w * c[0], w * c[1]];
                 let shift = combined((weighted[0], u), (weighted[1], v));
                 store(shift, &mut self.by_frame[3 * k..3 * k + 3], i);
-                store(cross(jacobian.turned, shift), &mut self.by_frame[9 + 3 * k..12 + 3 * k], i);
+                store(cross(jacobian.turned, shift), &mut self.by_frame[3 * (CAMERA + k)..3 * (CAMERA + k) + 3], i);
                 store(times(jacobian.rotation, shift), &mut self.by_point[3 * k..3 * k + 3], i);
-                for (j, other) in by_camera.iter().enumerate() {
-                    own[k][j] = weighted[0] * other[0] + weighted[1] * other[1];
+                for (j, other) in by_camera.iter().enumerate().take(k + 1) {
+                    let product = weighted[0] * other[0] + weighted[1] * other[1];
+                    product.store(&mut self.own[k * (k + 1) / 2 + j], i);
                 }
                 let gradient = weighted[0] * jacobian.residual[0] + weighted[1] * jacobian.residual[1];
-                gradient.store(&mut self.own[6 + k], i);
+                gradient.store(&mut self.own[CAMERA_TRIANGLE + k], i);
             }
-            store_triangle(own, &mut self.own[..6], i);
         }
     }
 }

@@ -151,6 +151,7 @@ impl Rig<'_> {
         };
         let poses = frames.map(|frame| self.pose(frame).ok_or_else(|| none(frame))).collect();
         Sequence {
+            is_lens_free: false,
             anchored: true,
             camera: self.camera,
             poses,

@@ -3,13 +3,15 @@
 use super::grow::Reconstruction;
 use super::inflation::variance_inflation;
 use crate::MotionError;
-use crate::bundle::{Bundle, BundleOptions, FocalPrior, PointPrior, PosePrior, adjust};
+use crate::bundle::{Bundle, BundleOptions, FocalPrior, LensPrior, PointPrior, PosePrior, adjust};
 use geometry::least_squares::Loss;
 use geometry::{Progress, Transform, Vec3};
 use rayon::prelude::*;
 
 /// The loss of an observation, in its standard deviations.
 const LOSS: Loss = Loss::Cauchy(3.0);
+/// How many times farther from the middle than a lens puts it the principal point of a part of a picture may be.
+const PART_OF_PICTURE: f64 = 25.0;
 /// A bundle that others follow stops at a step that lowers the cost by less than this part of it: they begin where it ends.
 const PASSING_COST: f64 = 1e-5;
 
@@ -42,12 +44,18 @@ impl Reconstruction<'_> {
         let pose_priors: Vec<PosePrior> = anchors.map(pose_prior).collect();
         let point_prior = |prior: &PointPrior| PointPrior { information: prior.information * self.inflation, ..*prior };
         let is_placed = |prior: &&PointPrior| self.points.get(prior.point).is_some_and(Option::is_some);
-        let focal_prior = |prior: FocalPrior| FocalPrior { sigma_px: deviation * prior.sigma_px, ..prior };
+        let focal_prior = |prior: FocalPrior| FocalPrior { log_sigma: deviation * prior.log_sigma, ..prior };
+        let lens_prior = |prior: LensPrior| LensPrior {
+            principal_sigma_px: deviation * PART_OF_PICTURE * prior.principal_sigma_px,
+            k1_sigma: deviation * prior.k1_sigma,
+            ..prior
+        };
         BundleOptions {
             loss: LOSS,
             refine_focal,
             focal_prior: self.options.focal_prior.map(focal_prior),
-            fixed_frames: if pose_priors.is_empty() { vec![self.reference] } else { Vec::new() },
+            lens_prior: self.options.lens_prior.filter(|_| refine_focal && self.is_lens_free).map(lens_prior),
+            fixed_frames: if self.is_anchored() { Vec::new() } else { vec![self.reference] },
             point_priors: self.options.point_priors.iter().filter(is_placed).map(point_prior).collect(),
             pose_priors,
             max_iterations: iterations,
@@ -87,9 +95,7 @@ impl Reconstruction<'_> {
 
     /// Without anchors nothing holds the scale: the points' median depth in the reference frame is the distance asked for.
     pub(super) fn rescale(&mut self) {
-        let Some(pose) = self.poses[self.reference].filter(|_| self.anchors.iter().flatten().next().is_none()) else {
-            return;
-        };
+        let Some(pose) = self.poses[self.reference].filter(|_| !self.is_anchored()) else { return };
         let mut depths: Vec<f64> = self.points.iter().flatten().map(|p| pose.apply(p).z).filter(|z| *z > 0.0).collect();
         depths.sort_by(f64::total_cmp);
         let Some(median) = depths.get(depths.len() / 2) else { return };

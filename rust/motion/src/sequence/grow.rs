@@ -47,6 +47,9 @@ pub(super) struct Reconstruction<'a> {
     pub(super) points: Vec<Option<Vec3>>,
     /// Initial poses, less those that the tracks contradict.
     pub(super) anchors: Vec<Option<Transform>>,
+    /// Whether principal point and `k1` are refined with the focal length. The initial poses hold nothing then: they were found with
+    /// another principal point, which turns all of them.
+    pub(super) is_lens_free: bool,
     /// Factor by which the observations' variances exceed those announced.
     pub(super) inflation: f64,
     /// The frame that defines the head frame where there are no anchors.
@@ -77,6 +80,7 @@ impl<'a> Reconstruction<'a> {
             failures: vec![None; options.frames],
             points: vec![None; tracks.len()],
             anchors: vec![None; options.frames],
+            is_lens_free: options.lens_prior.is_some_and(|prior| !prior.is_centred(camera)),
             inflation: 1.0,
             reference: 0,
         }
@@ -101,7 +105,9 @@ impl<'a> Reconstruction<'a> {
         let anchor = |(initial, start): (&Option<Transform>, &Option<Transform>)| {
             initial.filter(|pose| start.is_some_and(|start| is_near(pose, &start)))
         };
-        self.anchors = initial.iter().zip(&self.poses).map(anchor).collect();
+        if !self.is_lens_free {
+            self.anchors = initial.iter().zip(&self.poses).map(anchor).collect();
+        }
         for (widening, round) in WIDENING.into_iter().zip(progress.split_evenly(WIDENING.len())) {
             self.triangulate_all(widening);
             self.drop_contradicted_poses(widening);
@@ -241,11 +247,16 @@ impl<'a> Reconstruction<'a> {
     pub(super) fn finish(mut self, progress: &Progress) -> Result<Sequence, MotionError> {
         let refine_focal = self.options.refine_focal;
         let focal = if refine_focal && self.options.focal_sigma { FOCAL } else { 0.0 };
-        let [narrowing, last, focal, placing] = progress.split(&[FINISHING[0], FINISHING[1], focal, FINISHING[2]]);
+        let lens = if self.may_free_lens() { FINISHING[1] } else { 0.0 };
+        let parts = [FINISHING[0], lens, FINISHING[1], focal, FINISHING[2]];
+        let [narrowing, lens, last, focal, placing] = progress.split(&parts);
         for (widening, round) in [2.0, 1.0, 1.0].into_iter().zip(narrowing.split_evenly(3)) {
             self.triangulate_all(widening);
             self.weigh();
             self.adjust(widening, 20, refine_focal, &round)?;
+        }
+        if self.may_free_lens() {
+            self.try_free_lens(&lens)?;
         }
         if self.place_next_frames(|key| key) {
             self.triangulate_all(1.0);
@@ -258,7 +269,9 @@ impl<'a> Reconstruction<'a> {
         let focal_sigma_px = match report.focal_sigma_px.filter(|_| self.options.focal_sigma) {
             Some(own) => {
                 let own_px = own * (self.inflation / report.excess).sqrt();
-                Some(focal_sigma_px(&bundle, &self.bundle_options(30, true), own_px, &focal)?)
+                let options = self.bundle_options(30, true);
+                let lens = self.options.lens_prior.filter(|_| !self.is_lens_free);
+                Some(focal_sigma_px(&bundle, &options, (own_px, lens), &focal)?)
             }
             None => None,
         };
@@ -331,9 +344,11 @@ impl<'a> Reconstruction<'a> {
 
     fn sequence(self, observations: Vec<Observation>, focal_sigma_px: Option<f64>, report: BundleReport) -> Sequence {
         let none = MotionError::TooFewPoints { found: 0, needed: FEWEST_POINTS };
+        let anchored = self.is_anchored();
         let poses = self.poses.into_iter().zip(self.failures);
         Sequence {
-            anchored: self.anchors.iter().flatten().next().is_some(),
+            anchored,
+            is_lens_free: self.is_lens_free,
             camera: self.camera,
             poses: poses.map(|(pose, failure)| pose.ok_or_else(|| failure.unwrap_or(none.clone()))).collect(),
             points: self.points,

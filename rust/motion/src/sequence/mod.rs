@@ -13,10 +13,11 @@ mod focal;
 mod grow;
 mod inflation;
 mod key_frames;
+mod lens;
 mod start;
 
 use crate::MotionError;
-use crate::bundle::{BundleReport, FocalPrior, Observation, PointPrior};
+use crate::bundle::{BundleReport, FocalPrior, LensPrior, Observation, PointPrior};
 use geometry::{Camera, Progress, Transform, Vec2, Vec3};
 use grow::Reconstruction;
 
@@ -64,6 +65,9 @@ pub struct SequenceOptions {
     pub focal_sigma: bool,
     /// What is known of the focal length.
     pub focal_prior: Option<FocalPrior>,
+    /// What is known of principal point and `k1` where the focal length is refined. They are kept, and what their deviations leave open
+    /// counts in that of the focal length, unless the tracks contradict them.
+    pub lens_prior: Option<LensPrior>,
     /// What is known of points; only sensible with initial poses, which define the head frame. `point` is the track.
     pub point_priors: Vec<PointPrior>,
     /// Distance of the head from the camera where no initial pose tells it, metres.
@@ -87,6 +91,7 @@ impl Default for SequenceOptions {
             refine_focal: false,
             focal_sigma: true,
             focal_prior: None,
+            lens_prior: None,
             point_priors: Vec::new(),
             distance_m: 0.6,
             seed: 0,
@@ -99,6 +104,8 @@ impl Default for SequenceOptions {
 pub struct Sequence {
     /// Whether initial poses define the head frame and its scale: false without any, or if the tracks contradict them.
     pub anchored: bool,
+    /// Whether the tracks contradict the principal point, as those of a part of a picture do: it and `k1` are refined then.
+    pub is_lens_free: bool,
     /// The camera, its focal length refined if that was asked for.
     pub camera: Camera,
     /// `cam_from_head` of each frame, or why it has none.

@@ -22,7 +22,13 @@ fn gradients_are_the_costs_derivatives_for_every_lens_and_loss() {
             loss,
             refine_focal: true,
             refine_distortion: true,
-            focal_prior: Some(FocalPrior { focal_px: 600.0, sigma_px: 5.0 }),
+            focal_prior: Some(FocalPrior { focal_px: 600.0, log_sigma: 0.01 }),
+            lens_prior: Some(LensPrior {
+                principal_px: Vec2::new(170.0, 150.0),
+                principal_sigma_px: 4.0,
+                k1: -0.1,
+                k1_sigma: 0.1,
+            }),
             ..BundleOptions::default()
         };
         let layout = Layout::new(&bundle, &options).unwrap();
@@ -48,5 +54,7 @@ fn gradients_are_the_costs_derivatives_for_every_lens_and_loss() {
         near(linearised.camera.gradient[0], slope(&layout, &state, 1e-6, &log_focal), "focal length");
         near(linearised.camera.gradient[1], slope(&layout, &state, 1e-5, &|s, h| s.camera.k1 += h), "k1");
         near(linearised.camera.gradient[2], slope(&layout, &state, 1e-5, &|s, h| s.camera.k2 += h), "k2");
+        near(linearised.camera.gradient[3], slope(&layout, &state, 1e-5, &|s, h| s.camera.cx += h), "cx");
+        near(linearised.camera.gradient[4], slope(&layout, &state, 1e-5, &|s, h| s.camera.cy += h), "cy");
     }
 }

@@ -96,7 +96,7 @@ fn a_focal_prior_outweighs_a_few_frames() {
     let options = SceneOptions { frames: 3, yaw_deg: (-4.0, 4.0), points: 40, ..SceneOptions::default() };
     let scene = Scene::turning_head(&options);
     let mut bundle = nudged(&scene, 0.3, 0.005, 0.001);
-    let focal_prior = Some(FocalPrior { focal_px: 640.0, sigma_px: 1.0 });
+    let focal_prior = Some(FocalPrior { focal_px: 640.0, log_sigma: 0.0015 });
     let report = solve(&mut bundle, &BundleOptions { refine_focal: true, focal_prior, ..BundleOptions::default() });
     assert!((bundle.camera.fx - 640.0).abs() < 3.0 && report.focal_sigma_px.unwrap() < 1.5);
 }

@@ -1,3 +1,4 @@
+mod lens;
 mod skin;
 
 use super::*;
@@ -134,7 +135,7 @@ fn initial_poses_that_are_all_wrong_are_left_behind() {
 fn a_wrong_focal_length_is_refined() {
     let scene = scene(2);
     let guess = Camera { fx: 560.0, fy: 560.0, ..scene.camera };
-    let focal_prior = Some(FocalPrior { focal_px: 560.0, sigma_px: 100.0 });
+    let focal_prior = Some(FocalPrior { focal_px: 560.0, log_sigma: 0.18 });
     let options = SequenceOptions { refine_focal: true, focal_prior, ..options(&scene) };
     let found = reconstruct_sequence(&tracks(&scene), &guess, &options, &Progress::new()).unwrap();
     let sigma = found.report.focal_sigma_px.unwrap();

@@ -92,7 +92,7 @@ fn skin_that_slides_does_not_outvote_what_is_known_of_head_and_camera() {
         initial_sigma_rad: 0.05,
         initial_sigma_m: 0.3,
         refine_focal: true,
-        focal_prior: Some(FocalPrior { focal_px: 560.0, sigma_px: 0.4 * 560.0 }),
+        focal_prior: Some(FocalPrior { focal_px: 560.0, log_sigma: 0.4 }),
         point_priors: roughly_known(&scene),
         threshold_px: 2.5,
         ..options(&scene)
