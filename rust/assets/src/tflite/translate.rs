@@ -484,7 +484,8 @@ mod tests {
 
     #[test]
     fn each_function_is_what_its_name_says() {
-        let functions: [(Kind, fn(f32) -> f32); 2] = [
+        type Function = (Kind, fn(f32) -> f32);
+        let functions: [Function; 2] = [
             (Kind::HardSwish, |x| x * (x + 3.0).clamp(0.0, 6.0) / 6.0),
             (Kind::Logistic, |x| 1.0 / (1.0 + (-x).exp())),
         ];

@@ -30,7 +30,8 @@ impl<'a> People<'a> {
         if let Some(mask) = &*found {
             return Ok(Some(mask.clone()));
         }
-        let mask = Arc::new(self.landmarker.person(&*frames.picture(frame)?, face)?);
+        let picture = frames.picture(frame)?;
+        let mask = Arc::new(self.landmarker.person(&picture, face)?);
         *found = Some(mask.clone());
         Ok(Some(mask))
     }
