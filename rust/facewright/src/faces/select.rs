@@ -4,6 +4,7 @@ use super::Clip;
 use crate::FacewrightError;
 use crate::reason::{FrameReason, tally};
 use geometry::Transform;
+use head::neutral::Rest;
 use nalgebra::Rotation3;
 use std::collections::BTreeMap;
 
@@ -95,16 +96,19 @@ fn candidates(clip: &Clip) -> Vec<Option<Candidate>> {
     let (expressions, blinks) = (indices(&EXPRESSIONS), indices(&["eyeBlink"]));
     let fitted = || fit.frames.iter().flatten();
     let usual: Vec<f64> = (0..head.keys.len()).map(|k| median(fitted().map(|f| f.expression[k]))).collect();
-    let strongest =
-        |expression: &[f64], keys: &[usize]| keys.iter().map(|&k| (expression[k] - usual[k]).abs()).fold(0.0, f64::max);
+    let rest = Rest::of(head, fit);
+    let strongest = |expression: &[f64], from: &[f64], keys: &[usize]| {
+        keys.iter().map(|&k| (expression[k] - from[k]).abs()).fold(0.0, f64::max)
+    };
     let candidate = |(frame, fitted): (usize, &Option<head::fit::FittedFrame>)| {
         let (look, fitted) = (clip.faces.look(frame)?, fitted.as_ref()?);
         Some(Candidate {
             cam_from_head: fitted.pose,
             rms_px: fitted.rms_px,
             sharpness: look.sharpness,
-            expression: strongest(&fitted.expression, &expressions),
-            blink: strongest(&fitted.expression, &blinks),
+            expression: strongest(&fitted.expression, &usual, &expressions),
+            from_rest: strongest(&fitted.expression, &rest.change, &expressions),
+            blink: strongest(&fitted.expression, &usual, &blinks),
         })
     };
     fit.frames.iter().enumerate().map(candidate).collect()
@@ -121,6 +125,8 @@ pub struct Candidate {
     pub sharpness: f64,
     /// Strength of its expression: largest fitted coefficient beyond the clip's own median.
     pub expression: f64,
+    /// The same beyond the face at rest, which a clip of somebody who talks or grins seldom shows.
+    pub from_rest: f64,
     /// Strength of `eyeBlink*`, the larger of both.
     pub blink: f64,
 }
@@ -240,7 +246,7 @@ fn judge(c: &Candidate, sharpness: f64, rms: f64, options: &SelectOptions) -> Re
     if c.expression > options.max_expression {
         return Err(FrameReason::Expression(c.expression));
     }
-    Ok(relative.min(1.5) - c.expression - c.blink - 0.3 * c.rms_px / rms.max(f64::MIN_POSITIVE))
+    Ok(relative.min(1.5) - c.from_rest - c.blink - 0.3 * c.rms_px / rms.max(f64::MIN_POSITIVE))
 }
 
 /// Turned by less than this, a head shows no depth, degrees.
@@ -278,7 +284,7 @@ mod tests {
         let facing = Rotation3::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI);
         let turn = Rotation3::from_axis_angle(&Vec3::y_axis(), yaw_deg.to_radians());
         let cam_from_head = Transform::new(facing * turn, Vec3::new(0.0, 0.0, 0.7));
-        Candidate { cam_from_head, rms_px: 1.0, sharpness: 1.0, expression: 0.1, blink: 0.1 }
+        Candidate { cam_from_head, rms_px: 1.0, sharpness: 1.0, expression: 0.1, from_rest: 0.1, blink: 0.1 }
     }
 
     fn used(result: &[Result<FrameReason, FrameReason>]) -> Vec<usize> {
@@ -305,6 +311,15 @@ mod tests {
         assert_eq!(result[3], Err(FrameReason::Covered(4.0)));
         assert_eq!((&result[4], &result[5]), (&Err(FrameReason::NoFace), &Err(FrameReason::Expression(0.8))));
         assert_eq!(used(&result), [0, 6, 7, 8]);
+    }
+
+    #[test]
+    fn of_frames_that_look_alike_the_one_nearest_to_the_rest_is_taken() {
+        let mut clip: Vec<_> = (0..9).map(|i| Some(looking(f64::from(i / 3) * 5.0))).collect();
+        for calm in [1, 5, 6] {
+            clip[calm].as_mut().unwrap().from_rest = 0.02;
+        }
+        assert_eq!(used(&select(&clip, &SelectOptions::default())), [1, 5, 6]);
     }
 
     #[test]

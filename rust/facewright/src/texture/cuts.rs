@@ -1,5 +1,6 @@
 //! What the textures need of the frames, cut out of them: a frame of a large film is mostly wall, and dozens of them are looked at together.
 
+use super::mouth::{clear_mouth, restless};
 use super::skin_tone::SkinTone;
 use crate::FacewrightError;
 use crate::faces::{Clip, uncovered};
@@ -21,7 +22,8 @@ pub struct Cut {
     pub image: RgbImage,
     /// The frame's pixel that is its first.
     corner: [u32; 2],
-    /// 255 where it may show the head's skin or hair, 0 on the wall, on cloth, and on what covers the skin all the time; `None` where that
+    /// 255 where it may show the head's skin or hair, 0 on the wall, on cloth, on what covers the skin all the time, and on a
+    /// mouth that is not at rest; `None` where that
     /// is not known.
     pub skin: Option<GrayImage>,
 }
@@ -46,6 +48,15 @@ impl Cut {
             tone.clear_below_face(&mut skin, &self.image, face, &corner);
         }
         self.skin = Some(skin);
+        self
+    }
+
+    /// Without the mouth.
+    fn without_mouth(mut self, face: Option<&Face>) -> Self {
+        let (width, height) = self.image.dimensions();
+        let corner = Vec2::new(f64::from(self.corner[0]), f64::from(self.corner[1]));
+        let skin = self.skin.get_or_insert_with(|| GrayImage::from_pixel(width, height, Luma([255])));
+        face.into_iter().for_each(|face| clear_mouth(skin, face, &corner));
         self
     }
 
@@ -83,9 +94,15 @@ pub fn cuts(
     chosen: &[(usize, Transform)],
     picked: &[usize],
 ) -> Result<Vec<Cuts>, FacewrightError> {
+    let restless = restless(clip, chosen, picked);
     let cuts = |(i, (frame, pose)): (usize, &(usize, Transform))| {
         let picture = clip.frames.picture(*frame)?;
-        let head = if picked.contains(&i) { Some(shown_head(clip, *frame, &picture, measured, pose)?) } else { None };
+        let head = if picked.contains(&i) {
+            let cut = shown_head(clip, *frame, &picture, measured, pose)?;
+            Some(if restless.contains(&i) { cut.without_mouth(clip.faces.face(*frame)) } else { cut })
+        } else {
+            None
+        };
         let irises = clip.faces.face(*frame).map(|face| &face.irises);
         let eyes = [0, 1].map(|side| irises.map(|irises| &irises[side]).and_then(|iris| eye(&picture, iris)));
         Ok(Cuts { head, eyes })

@@ -2,6 +2,7 @@
 //! What is behind the person ([`Clip::person`]) and the clothes below the chin ([`skin_tone`]) never colour skin.
 
 mod cuts;
+mod mouth;
 pub mod paper_eyes;
 mod skin_tone;
 
