@@ -7,7 +7,7 @@
 //! - [`pictures`] draws calibrations, matches and boards, which [`write_drawing`] writes; [`program`] is the command line.
 //!
 //! # Order of work
-//! faces → track → motion → shape → unseen → features → eyes → keys → texture → result: `rust/README.md` says what each does and where.
+//! faces → track → motion → shape → rest → features → eyes → keys → texture → result: `rust/README.md` says what each does and where.
 //!
 //! # Example
 //! ```no_run

@@ -1,4 +1,4 @@
-//! The whole path: faces → track → motion → shape → unseen → features → eyes → keys → texture → result, each the same function that its
+//! The whole path: faces → track → motion → shape → rest → features → eyes → keys → texture → result, each the same function that its
 //! own command runs.
 
 use crate::camera::{part_of_picture, starting_camera};
