@@ -11,6 +11,8 @@ mod board;
 mod camera_file;
 mod choice;
 mod detection;
+mod misfit;
+mod near_copies;
 mod other_cameras;
 mod rig;
 mod undistort;
@@ -193,7 +195,8 @@ pub fn calibrate(
     solving.stage("calibrate")?;
     let shown = |i: &usize| detections[*i].as_ref().ok().map(|found| found.board);
     let one_board = used.windows(2).all(|pair| shown(&pair[0]) == shown(&pair[1]));
-    let (solved, allowed_for) = solve(&views, pictures, options, one_board)?;
+    let (mut solved, allowed_for) = solve(&views, pictures, options, one_board)?;
+    near_copies::discount(&mut solved, &views);
     let mut images = images(pictures, &detections);
     for (&i, fit) in used.iter().zip(&solved.views) {
         fill(&mut images[i], &detections[i], fit);
@@ -220,7 +223,15 @@ fn solve(
     one_board: bool,
 ) -> Result<(Calibration, Option<String>), FacewrightError> {
     let (width, height, model) = (pictures.width, pictures.height, options.model());
-    let flat = motion::calibrate::calibrate(views, width, height, &model)?;
+    let mut flat = motion::calibrate::calibrate(views, width, height, &model)?;
+    if let Some(warning) = misfit::warning(&flat, views, options) {
+        // What else the errors would be taken for.
+        let of_board = |other: &CalibrateWarning| {
+            matches!(other, CalibrateWarning::BentBoard { .. } | CalibrateWarning::Scattered { .. })
+        };
+        flat.warnings.retain(|other| !of_board(other));
+        return Ok((flat, Some(warning)));
+    }
     let Some(bend) = flat.bend.filter(|b| b.is_significant() && one_board && options.bend == Bend::Judged) else {
         return Ok((flat, None));
     };
