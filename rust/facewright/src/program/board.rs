@@ -23,6 +23,6 @@ impl BoardCommand {
     pub(super) fn run(&self) -> Result<Summary, FacewrightError> {
         write_drawing(&self.output, &sheet(&self.options)?, self.options.dpi)?;
         let text = format!("{}: print at 100 % and check the rulers", self.output.display());
-        Ok(Summary { text, json: json!({ "board": self.output }) })
+        Ok(Summary { text, warnings: Vec::new(), json: json!({ "board": self.output }) })
     }
 }

@@ -1,7 +1,7 @@
 //! `facewright calibrate`, for one camera and for rigs.
 
 use super::inputs::{check_output, open};
-use super::summary::{Summary, listed};
+use super::summary::Summary;
 use crate::pictures::calibration::{of_camera, of_rig};
 use crate::{
     CalibrateOptions, CalibratedCamera, CalibratedRig, FacewrightError, FrameSet, RigInput, calibrate, calibrate_rig,
@@ -52,8 +52,9 @@ impl CalibrateCommand {
         let calibrated = calibrate(&pictures, &self.options, &progress)?;
         self.picture.as_deref().map_or(Ok(()), |file| write_drawing(file, &of_camera(&calibrated), DPI))?;
         write_json(output, &calibrated)?;
-        let text = format!("{}, in {}{}", numbers(&calibrated), output.display(), listed(&calibrated.warnings));
-        Ok(Summary { text, json: json!(calibrated) })
+        let text = format!("{}, in {}", numbers(&calibrated), output.display());
+        let json = json!(calibrated);
+        Ok(Summary { text, warnings: calibrated.warnings, json })
     }
 
     fn several(&self, output: &Path, progress: &Progress) -> Result<Summary, FacewrightError> {
@@ -67,7 +68,8 @@ impl CalibrateCommand {
         let calibrated = calibrate_rig(&cameras, &self.options, &working)?;
         self.picture.as_deref().map_or(Ok(()), |file| write_drawing(file, &of_rig(&calibrated), DPI))?;
         write_json(output, &calibrated)?;
-        Ok(Summary { text: sentence(&calibrated, output), json: json!(calibrated) })
+        let (text, json) = (sentence(&calibrated, output), json!(calibrated));
+        Ok(Summary { text, warnings: calibrated.warnings, json })
     }
 }
 
@@ -81,7 +83,7 @@ fn sentence(rig: &CalibratedRig, output: &Path) -> String {
     let line =
         |(k, c): (usize, &crate::MountedCamera)| format!("{}: {}{}\n", c.name, numbers(&c.calibrated), baseline(k));
     let lines: String = rig.cameras.iter().enumerate().map(line).collect();
-    format!("{lines}reprojection {:.3} px, in {}{}", rig.rms_px, output.display(), listed(&rig.warnings))
+    format!("{lines}reprojection {:.3} px, in {}", rig.rms_px, output.display())
 }
 
 fn numbers(calibrated: &CalibratedCamera) -> String {

@@ -1,7 +1,7 @@
 //! `facewright faces`.
 
 use super::inputs::{camera, check_output, open};
-use super::summary::{Summary, listed};
+use super::summary::Summary;
 use crate::{Assets, FaceOptions, FacewrightError, find_faces_of};
 use clap::Args;
 use geometry::Progress;
@@ -35,11 +35,10 @@ impl FacesCommand {
         faces.write(&self.output)?;
         let (looked, seen) = faces.counts();
         let text = format!(
-            "a face in {seen} of the {looked} frames that the nets ran on, {} frames in all, in {}{}",
+            "a face in {seen} of the {looked} frames that the nets ran on, {} frames in all, in {}",
             frames.len(),
-            self.output.display(),
-            listed(&faces.warnings())
+            self.output.display()
         );
-        Ok(Summary { text, json: json!(faces) })
+        Ok(Summary { text, warnings: faces.warnings(), json: json!(faces) })
     }
 }

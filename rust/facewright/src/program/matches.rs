@@ -52,7 +52,7 @@ impl MatchCommand {
         write_json(&self.output, &matches)?;
         let kept = pair.kept().count();
         let text = format!("{kept} of {} matches kept, in {}", pair.points.len(), self.output.display());
-        Ok(Summary { text, json: json!(matches) })
+        Ok(Summary { text, warnings: Vec::new(), json: json!(matches) })
     }
 }
 

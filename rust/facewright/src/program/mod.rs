@@ -4,7 +4,7 @@
 //! - [`main`]: the program. [`run`]: the same from arguments, for other programs; [`parse`] only reads them.
 //! - [`help_markdown`] makes `docs/cli.md`.
 //!
-//! JSON on standard output with `--json`, progress on standard error, exit 0 done, 1 a clear error, 2 usage.
+//! JSON on standard output with `--json`, warnings and progress on standard error, exit 0 done, 1 a clear error, 2 usage.
 
 mod board;
 mod calibrate;
@@ -49,7 +49,7 @@ pub struct Arguments {
     /// Print the result as JSON on standard output
     #[arg(long, global = true)]
     pub json: bool,
-    /// No progress on standard error
+    /// No progress on standard error: only warnings and errors
     #[arg(long, short, global = true)]
     pub quiet: bool,
     /// Folder of generic_head.safetensors.gz and nets/ (default: FACEWRIGHT_ASSETS, or beside the program)
@@ -126,7 +126,12 @@ pub fn run(program: &str, arguments: impl IntoIterator<Item = OsString>, progres
     let outcome = arguments.execute(progress);
     watch.stop();
     match outcome {
-        Ok(summary) => printed(summary.print(arguments.json, &mut std::io::stdout().lock()), 0),
+        Ok(summary) => {
+            let code = printed(summary.print(arguments.json, &mut std::io::stdout().lock()), 0);
+            // Where nothing can be printed there is nobody to warn.
+            let _ = summary.warn(&mut std::io::stderr().lock());
+            code
+        }
         Err(error) => {
             complain(&error);
             1

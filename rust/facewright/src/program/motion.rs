@@ -1,7 +1,7 @@
 //! `facewright motion`.
 
 use super::inputs::{camera, check_output, faces, open};
-use super::summary::{Summary, listed};
+use super::summary::Summary;
 use crate::{
     Assets, CalibratedRig, FacewrightError, HeadMotion, MotionOptions, RigTracks, SourcedCamera, TrackClipOptions,
     Tracks, solve_motion, solve_motion_on_rig, track, write_json,
@@ -56,7 +56,8 @@ impl MotionCommand {
             }
         };
         write_json(&self.output, &motion)?;
-        Ok(Summary { text: sentence(&motion, &self.output), json: json!(motion) })
+        let (text, json) = (sentence(&motion, &self.output), json!(motion));
+        Ok(Summary { text, warnings: motion.warnings, json })
     }
 
     /// The tracks that are given, or those of the frames, and what is left of the progress.
@@ -100,11 +101,10 @@ fn sentence(motion: &HeadMotion, output: &Path) -> String {
     let focal =
         motion.focal_sigma_px.map_or(String::new(), |s| format!(", focal {:.0} ± {s:.0} px", motion.camera.camera.fx));
     format!(
-        "{posed} of {} frames posed, {rigid} points fixed and {} moving, {:.2} px{focal}, in {}{}",
+        "{posed} of {} frames posed, {rigid} points fixed and {} moving, {:.2} px{focal}, in {}",
         motion.frames.len(),
         motion.points.len() - rigid,
         motion.reprojection_rms_px,
-        output.display(),
-        listed(&motion.warnings)
+        output.display()
     )
 }

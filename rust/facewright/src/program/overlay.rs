@@ -34,6 +34,6 @@ impl OverlayCommand {
             (overlay(&self.result, &frames, &self.output, &progress)?, frames.len())
         };
         let text = format!("{}: {} of {count} frames drawn", self.output.display(), drawn.len());
-        Ok(Summary { text, json: json!({ "drawn": drawn }) })
+        Ok(Summary { text, warnings: Vec::new(), json: json!({ "drawn": drawn }) })
     }
 }

@@ -1,7 +1,7 @@
 //! `facewright reconstruct`.
 
 use super::inputs::{camera, faces, motion, open, open_films};
-use super::summary::{Summary, listed};
+use super::summary::Summary;
 use crate::{
     Assets, CalibratedRig, FacewrightError, Given, ReconstructOptions, Reconstruction, Tracks, check_folder,
     reconstruct, reconstruct_on_rig,
@@ -48,10 +48,11 @@ impl ReconstructCommand {
             None => self.of_one(assets, progress)?,
         };
         result.write(&self.output)?;
-        let (frames, warnings) = (&result.report.frames, listed(&result.report.warnings));
+        let frames = &result.report.frames;
         let used = frames.iter().filter(|f| f.used).count();
-        let text = format!("{}: {used} of {} frames used{warnings}", self.output.display(), frames.len());
-        Ok(Summary { text, json: json!(result.report) })
+        let text = format!("{}: {used} of {} frames used", self.output.display(), frames.len());
+        let json = json!(result.report);
+        Ok(Summary { text, warnings: result.report.warnings, json })
     }
 
     fn of_one(&self, assets: &Path, progress: &Progress) -> Result<Reconstruction, FacewrightError> {

@@ -3,11 +3,13 @@
 use serde_json::Value;
 use std::io::Write;
 
-/// A sentence for people, and the result for programs.
+/// A sentence for people, the result for programs, and warnings for both.
 #[derive(Clone, Debug)]
 pub struct Summary {
-    /// What was made, where it is, and what to be warned of.
+    /// What was made, and where it is.
     pub text: String,
+    /// What to be warned of.
+    pub warnings: Vec<String>,
     /// The result itself.
     pub json: Value,
 }
@@ -22,9 +24,28 @@ impl Summary {
         }
         to.flush()
     }
+
+    /// Writes a line for each warning.
+    pub(super) fn warn(&self, to: &mut impl Write) -> std::io::Result<()> {
+        self.warnings.iter().try_for_each(|warning| writeln!(to, "warning: {warning}"))
+    }
 }
 
-/// Warnings as lines after the sentence.
-pub(super) fn listed(warnings: &[String]) -> String {
-    warnings.iter().map(|warning| format!("\nwarning: {warning}")).collect()
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_result_and_its_warnings_are_written_apart() {
+        let warnings = vec!["the head turns little".to_owned(), "it is dark".to_owned()];
+        let summary = Summary { text: "done".to_owned(), warnings, json: Value::Null };
+        let written = |write: &dyn Fn(&mut Vec<u8>) -> std::io::Result<()>| {
+            let mut to = Vec::new();
+            write(&mut to).unwrap();
+            String::from_utf8(to).unwrap()
+        };
+        assert_eq!(written(&|to| summary.print(false, to)), "done\n");
+        assert_eq!(written(&|to| summary.print(true, to)), "null\n");
+        assert_eq!(written(&|to| summary.warn(to)), "warning: the head turns little\nwarning: it is dark\n");
+    }
 }

@@ -1,7 +1,7 @@
 //! `facewright track`.
 
 use super::inputs::{camera, check_output, faces, open};
-use super::summary::{Summary, listed};
+use super::summary::Summary;
 use crate::{Assets, FacewrightError, TrackClipOptions, track, write_json};
 use clap::Args;
 use geometry::Progress;
@@ -38,12 +38,12 @@ impl TrackCommand {
         write_json(&self.output, &tracks)?;
         let used = tracks.frames.iter().filter(|f| f.used).count();
         let text = format!(
-            "{} points in {used} of {} frames, in {}{}",
+            "{} points in {used} of {} frames, in {}",
             tracks.tracks.len(),
             frames.len(),
-            self.output.display(),
-            listed(&tracks.warnings)
+            self.output.display()
         );
-        Ok(Summary { text, json: json!(tracks) })
+        let json = json!(tracks);
+        Ok(Summary { text, warnings: tracks.warnings, json })
     }
 }

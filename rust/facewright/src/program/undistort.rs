@@ -37,6 +37,6 @@ impl UndistortCommand {
         let (frames, progress) = open(&self.pictures, progress)?;
         let pinhole = undistort(&frames, &camera, &self.options, &self.output, &progress)?;
         let text = format!("{} pictures without distortion in {}", frames.len(), self.output.display());
-        Ok(Summary { text, json: json!(pinhole) })
+        Ok(Summary { text, warnings: Vec::new(), json: json!(pinhole) })
     }
 }
