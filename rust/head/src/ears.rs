@@ -18,9 +18,9 @@ const ROOT: f64 = 0.046;
 /// The outermost points are not higher or lower than this, metres.
 const LEVEL: f64 = 0.06;
 /// Ears lie within this of where the head's form puts them, metres …
-const FARTHEST: f64 = 0.012;
-/// … turned by no more than this, radians: ears that stand off do by some 20 degrees more than those that lie close …
-const MOST_TURNED: f64 = 0.35;
+const FARTHEST: f64 = 0.009;
+/// … turned by no more than this, radians: ears that stand off do by some 15 degrees more than the average …
+const MOST_TURNED: f64 = 0.25;
 /// … and are longer or shorter than the head suggests by no more than this factor: 50 and 75 mm against 61.
 const LARGEST: f64 = 1.22;
 
