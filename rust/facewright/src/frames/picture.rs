@@ -9,6 +9,13 @@ use std::path::Path;
 /// Diagonal of a 36 × 24 mm film frame, to which "35 mm equivalent" focal lengths refer.
 const FILM_DIAGONAL_MM: f64 = 43.267;
 
+/// Pixels of the largest picture that is read: more than any camera's sensor has …
+const MOST_PIXELS: u64 = 1 << 28;
+/// … and of one that may be of any few bytes, as a plain one is.
+const PLAIN_PIXELS: u64 = 1 << 24;
+/// Pixels of a larger one for each byte of its file: a PNG holds at most 1032 bytes in one, of 8 pixels each; a JPEG takes a bit for 64.
+const PIXELS_PER_BYTE: u64 = 8 * 1032;
+
 /// What a picture's header tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Header {
@@ -25,7 +32,9 @@ impl Header {
         let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
         let mut decoder = reader.map_err(|e| unreadable(path, &e))?.into_decoder().map_err(|e| refused(&e))?;
         let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
-        Ok(Self { stored: decoder.dimensions(), orientation })
+        let stored = decoder.dimensions();
+        check_size(path, stored)?;
+        Ok(Self { stored, orientation })
     }
 
     /// Width and height after a turn.
@@ -35,6 +44,25 @@ impl Header {
         let is_turned = matches!(turn, Rotate90 | Rotate270 | Rotate90FlipH | Rotate270FlipH);
         if is_turned { (height, width) } else { (width, height) }
     }
+}
+
+/// Refuses a picture that says to be larger than it can be, before memory is asked for.
+fn check_size(path: &Path, (width, height): (u32, u32)) -> Result<(), FacewrightError> {
+    let pixels = u64::from(width) * u64::from(height);
+    let bytes = std::fs::metadata(path).map_err(|e| unreadable(path, &e))?.len();
+    if pixels > PLAIN_PIXELS.max(bytes.saturating_mul(PIXELS_PER_BYTE)) {
+        let reason = format!(
+            "it has {bytes} bytes for {width}x{height} pixels, as no photograph has: copy it again from where it comes from, or leave it out"
+        );
+        return Err(unreadable(path, &reason));
+    }
+    if pixels > MOST_PIXELS {
+        let most = MOST_PIXELS / 1_000_000;
+        let reason =
+            format!("it is of {width}x{height} pixels, and at most {most} million are read here: scale it down");
+        return Err(unreadable(path, &reason));
+    }
+    Ok(())
 }
 
 /// Decodes a picture of any depth to 8-bit RGB, turned as it says itself or as is said here.
@@ -105,6 +133,24 @@ mod tests {
                 assert!(said.contains(name) && said.contains("copy it again"), "{said}");
             }
         }
+    }
+
+    #[test]
+    fn a_picture_that_says_to_be_larger_than_its_bytes_can_hold_is_refused_unread() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.bmp");
+        RgbImage::new(4, 4).save(&path).unwrap();
+        assert_eq!(Header::read(&path).unwrap().stored, (4, 4));
+        let mut bytes = std::fs::read(&path).unwrap();
+        bytes[18..22].copy_from_slice(&40_000_u32.to_le_bytes());
+        bytes[22..26].copy_from_slice(&30_000_u32.to_le_bytes());
+        std::fs::write(&path, &bytes).unwrap();
+        let said = Header::read(&path).unwrap_err().to_string();
+        assert!(said.contains("bytes for 40000x30000 pixels") && said.contains("copy it again"), "{said}");
+        bytes.resize(200_000, 0);
+        std::fs::write(&path, &bytes).unwrap();
+        let said = Header::read(&path).unwrap_err().to_string();
+        assert!(said.contains("at most 268 million") && said.contains("scale it down"), "{said}");
     }
 
     #[test]

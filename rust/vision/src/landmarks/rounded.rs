@@ -5,7 +5,9 @@ use serde::{Deserialize, Deserializer, Serializer};
 
 /// A number as files have it.
 pub fn round(value: f64) -> f64 {
-    (10_000.0 * value).round() / 10_000.0
+    let parts = 10_000.0 * value;
+    // What is too large for that has no such digits.
+    if parts.is_finite() { parts.round() / 10_000.0 } else { value }
 }
 
 pub fn serialize<S: Serializer, const D: usize>(places: &[SVector<f64, D>], serializer: S) -> Result<S::Ok, S::Error> {
@@ -38,5 +40,16 @@ pub mod one {
         deserializer: D,
     ) -> Result<SVector<f64, N>, D::Error> {
         super::deserialize(deserializer)?.into_iter().next().ok_or_else(|| D::Error::custom("a place is missing"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_finite_stays_finite() {
+        assert_eq!(round(12.345_678), 12.3457);
+        assert_eq!(round(-1e308), -1e308);
     }
 }
