@@ -1,6 +1,7 @@
 //! The finished head: in memory, and as the files of a result folder.
 
 mod glb;
+mod nodes;
 mod overlay;
 mod parts;
 mod quality;

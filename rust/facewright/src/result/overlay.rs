@@ -1,27 +1,14 @@
 //! The reconstructed head drawn over its frames.
 
 use super::Report;
+use super::nodes::{Node, read_nodes};
 use crate::files::{png, write_together};
 use crate::{FacewrightError, FrameSet, RigFrames};
-use geometry::{Camera, Progress, Vec2, Vec3};
-use head::part;
-use image::{Rgba, RgbaImage};
+use geometry::{Camera, Progress};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use texture::{DrawOptions, Layer, Painter, Surface};
-
-/// Parts that are drawn; lashes are finer than a frame's pixels.
-const DRAWN: [&str; 6] =
-    [part::SKIN, part::EYE_LEFT, part::EYE_RIGHT, part::TEETH_UPPER, part::TEETH_LOWER, part::TONGUE];
-
-/// One node of a head.glb.
-struct Node {
-    positions: Vec<Vec3>,
-    triangles: Vec<[u32; 3]>,
-    uvs: Vec<[Vec2; 3]>,
-    texture: RgbaImage,
-}
+use texture::{DrawOptions, Layer, Painter};
 
 /// Draws the head of a result folder as it lies over each frame that has a pose: RGBA PNG of the frame's name and size,
 /// transparent where the head is not, lit as the frames were. Gives back the names of the frames drawn.
@@ -143,54 +130,4 @@ fn draw(
     write_together(folder, &files)?;
     progress.done()?;
     Ok(files.iter().map(|(name, _)| name.with_extension("").display().to_string()).collect())
-}
-
-impl Node {
-    fn layer(&self) -> Layer<'_> {
-        let surface = Surface {
-            positions: &self.positions,
-            triangles: &self.triangles,
-            uvs: &self.uvs,
-            weight: None,
-            mirror: None,
-        };
-        Layer { surface, texture: &self.texture }
-    }
-}
-
-fn read_nodes(path: &Path) -> Result<Vec<Node>, FacewrightError> {
-    let no_result =
-        |reason: String| FacewrightError::NoResult { path: path.parent().unwrap_or(Path::new(".")).to_owned(), reason };
-    let bytes = std::fs::read(path).map_err(|e| no_result(format!("head.glb: {e}")))?;
-    let file = gltf::Gltf::from_slice(&bytes).map_err(|e| no_result(format!("head.glb: {e}")))?;
-    let blob = file.blob.as_deref().ok_or_else(|| no_result("head.glb is empty".into()))?;
-    let wanted = file.nodes().filter(|n| n.name().is_some_and(|name| DRAWN.contains(&name)));
-    wanted.map(|node| read_node(&node, blob).ok_or_else(|| no_result("head.glb has no such mesh".into()))).collect()
-}
-
-fn read_node(node: &gltf::Node, blob: &[u8]) -> Option<Node> {
-    let mesh = node.mesh()?;
-    let primitive = mesh.primitives().next()?;
-    let reader = primitive.reader(|_| Some(blob));
-    let vector = |p: [f32; 3]| Vec3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2]));
-    let positions: Vec<Vec3> = reader.read_positions()?.map(vector).collect();
-    let uvs: Vec<[f32; 2]> = reader.read_tex_coords(0)?.into_f32().collect();
-    let indices: Vec<u32> = reader.read_indices()?.into_u32().collect();
-    let triangles: Vec<[u32; 3]> = indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
-    let corner = |i: u32| Vec2::new(f64::from(uvs[i as usize][0]), 1.0 - f64::from(uvs[i as usize][1]));
-    let uvs = triangles.iter().map(|t| t.map(corner)).collect();
-    Some(Node { positions, triangles, uvs, texture: base_colour(&primitive.material(), blob)? })
-}
-
-/// The picture of a material, or one texel of its plain colour.
-fn base_colour(material: &gltf::Material, blob: &[u8]) -> Option<RgbaImage> {
-    let surface = material.pbr_metallic_roughness();
-    let Some(info) = surface.base_color_texture() else {
-        let encode = |linear: f32| (255.0 * linear.powf(1.0 / 2.2)).round() as u8;
-        let [r, g, b, _] = surface.base_color_factor();
-        return Some(RgbaImage::from_pixel(2, 2, Rgba([encode(r), encode(g), encode(b), 255])));
-    };
-    let gltf::image::Source::View { view, .. } = info.texture().source().source() else { return None };
-    let bytes = blob.get(view.offset()..view.offset() + view.length())?;
-    Some(image::load_from_memory(bytes).ok()?.into_rgba8())
 }
