@@ -12,6 +12,7 @@ mod degraded;
 mod demo;
 mod environment;
 mod fetch;
+mod fuzz;
 mod generic_head;
 mod gltf;
 mod gui;
@@ -86,6 +87,15 @@ enum Task {
     },
     /// Rebuilds blend_fixtures/*.blend from their scripts
     Fixtures,
+    /// Files broken at random, for minutes: no panic, no hang, no memory that only a number in the file asks for
+    Fuzz {
+        /// For how long
+        #[arg(long, default_value_t = 10)]
+        minutes: u64,
+        /// Where the random numbers begin; a new place without it
+        #[arg(long)]
+        seed: Option<u64>,
+    },
 }
 
 fn main() -> anyhow::Result<()> {
@@ -102,5 +112,6 @@ fn main() -> anyhow::Result<()> {
             addon::bundle(&wheels.as_deref().map_or(Library::Portable, Library::Wheels)).map(drop)
         }
         Task::Fixtures => test::fixtures(),
+        Task::Fuzz { minutes, seed } => fuzz::fuzz(minutes, seed),
     }
 }
