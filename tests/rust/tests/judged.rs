@@ -132,6 +132,25 @@ fn a_mask_and_dark_glasses_are_said_and_leave_no_colour_on_the_skin() {
     assert!(blue(&hidden) < 0.01, "{}", blue(&hidden));
 }
 
+/// The wall painted over all that is above the forehead.
+#[test]
+fn a_skull_that_reaches_beyond_the_person_is_said() {
+    const FOREHEAD: usize = 10;
+    const CHIN: usize = 152;
+    let bald = film(PICTURES.iter().enumerate().map(|(i, picture)| {
+        let mut picture = picture.clone();
+        let [top, chin] = [FOREHEAD, CHIN].map(|k| face(i).points[k].xy());
+        let (up, wall) = ((top - chin).normalize(), *picture.get_pixel(3, 3));
+        for (x, y, pixel) in picture.enumerate_pixels_mut() {
+            if (Vec2::new(f64::from(x), f64::from(y)) - top).dot(&up) > 2.0 {
+                *pixel = wall;
+            }
+        }
+        picture
+    }));
+    warns(&head(&bald), "% of skull and face lie outside the person's outline");
+}
+
 #[test]
 fn a_film_of_one_side_is_warned_of() {
     warns(&head(&film(PICTURES[13..].iter().cloned())), "the other side of the face is not seen");

@@ -14,7 +14,7 @@ use vision::landmarks::{Face, MaskOptions, face_mask};
 /// Frames that are compared at most, spread over those that are there.
 const FRAMES: usize = 8;
 /// Distance between the eyes at which they are, pixels: wrinkles and brows count, pores and noise do not.
-const EYES_PX: f64 = 48.0;
+pub(super) const EYES_PX: f64 = 48.0;
 /// Skin this near the outline is left out, as part of its distance from the middle of the face: there it turns away.
 const OUTLINE: f64 = 0.12;
 /// Fewer pixels than this tell nothing.

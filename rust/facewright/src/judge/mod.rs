@@ -9,6 +9,7 @@
 
 mod held_out;
 mod range;
+mod silhouette;
 mod stretch;
 
 use crate::faces::{Clip, median, yaw_pitch};
@@ -45,6 +46,7 @@ pub fn judge(judged: &Judged) -> Result<Quality, FacewrightError> {
         measures.extend(points(clip.head, measured));
     }
     measures.extend(stretches(judged));
+    measures.extend(silhouette::outside(clip, measured)?.map(|percent| beyond(judged, percent)));
     measures.extend(held_out::correlation(clip, measured, judged.skin)?.map(overlaid));
     match measures.iter().find(|measure| !measure.is_possible()) {
         Some(impossible) => Err(FacewrightError::ImpossibleHead { reason: impossible.sentence.clone() }),
@@ -234,8 +236,13 @@ fn stretches(judged: &Judged) -> Vec<Measure> {
         one(&range::STRETCH_EARS, &[Region::Ears], "ears"),
         one(&range::STRETCH_SKULL, &[Region::Skull], "skull"),
         range::FLIPPED.measure(flipped, format!("{flipped:.0} mm² of the skin are turned over"), judged.reshape()),
-        range::EARS.measure(ears, format!("an ear is {ears:.0} mm from its usual place"), judged.reshape()),
+        range::EARS.measure(ears, format!("an ear is {ears:.1} mm from its usual place"), judged.reshape()),
     ]
+}
+
+fn beyond(judged: &Judged, percent: f64) -> Measure {
+    let found = format!("drawn over its frames, {percent:.1} % of skull and face lie outside the person's outline");
+    range::OUTSIDE.measure(percent, found, judged.reshape())
 }
 
 fn overlaid(correlation: f64) -> Measure {

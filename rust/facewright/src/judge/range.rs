@@ -6,24 +6,30 @@
 //!
 //! | | james-cif | james-720 | cap12 | cap13 | wolf | ict-a-talk | ict-b-perform | synthetic person |
 //! |---|---|---|---|---|---|---|---|---|
-//! | turn; to the lesser side, ° | 59; 28 | 120; 59 | 24; 12 | 20; 7 | 25; 3.5 | 56; 27 | 13; 5.7 | 56; 28 |
+//! | turn; to the lesser side, ° | 59; 28 | 120; 59 | 24; 12 | 21; 6.7 | 24; 3.5 | 56; 27 | 13; 5.7 | 56; 28 |
 //! | level; clipped, % | 121; 0 | 120; 0 | 88; 0 | 86; 0 | 137; 0 | 105; 0 | 143; 0.9 | 148; 0.2 |
-//! | eyes; breadth; depth; face, mm | 67; 168; 223; 136 | 68; 170; 222; 136 | 60; 149; 208; 121 | 57; 140; 196; 115 | 63; 147; 202; 120 | 65; 161; 217; 132 | 65; 159; 223; 127 | 58; 138; 187; 111 |
-//! | coefficients | 1.82 | 1.97 | 1.70 | 1.17 | 1.52 | 1.21 | 0.93 | 1.14 |
-//! | agreement, % | 96 | 90 | 94 | 90 | 72 | 85 | 80 | 95 |
-//! | landmarks, % | 0.6 | 1.0 | 0.5 | 0.5 | 0.9 | 0.7 | 0.6 | 0.5 |
-//! | points, mm | 0.31 | 0.28 | 0.71 | 0.71 | 0.74 | 0.44 | 0.68 | 0.24 |
-//! | focal length, % | | | 7 | 14 | 19 | 5 | 6 | 7 |
-//! | fewest points in a region | 166 | 226 | 36 | 11 | 1 (chin) | 168 | 29 | 150 |
-//! | stretch: forehead, nose | 1.4, 1.6 | 1.3, 1.6 | 1.7, 2.0 | 1.5, 2.0 | 2.3, 1.9 | 1.2, 1.4 | 1.4, 1.8 | 1.3, 1.6 |
-//! | stretch: cheeks, jaw | 3.0, 1.7 | 3.8, 1.7 | 2.0, 1.3 | 1.7, 1.4 | 1.9, 1.6 | 1.7, 1.3 | 2.9, 1.4 | 1.7, 1.3 |
-//! | stretch: ears, skull | 2.1, 2.0 | 2.1, 1.9 | 1.0, 1.4 | 1.0, 1.2 | 1.0, 1.3 | 1.4, 1.9 | 1.0, 1.6 | 1.7, 1.5 |
-//! | turned over, mm² | 171 | 248 | 0 | 0 | 548 (neck) | 0 | 0 | 89 |
-//! | ears, mm | 3.7 | 6.2 | 0.7 | 0.3 | 2.4 | 2.6 | 1.0 | 5.5 |
-//! | held-out frames | 0.99 | 0.99 | 0.98 | 0.97 | 0.88 | 0.95 | 0.93 | 0.98 |
+//! | eyes; breadth; depth; face, mm | 67; 173; 222; 141 | 67; 171; 220; 141 | 61; 149; 210; 121 | 58; 142; 197; 115 | 63; 147; 198; 113 | 65; 166; 217; 132 | 65; 169; 222; 126 | 58; 138; 184; 112 |
+//! | coefficients | 1.90 | 2.05 | 1.63 | 1.04 | 1.31 | 1.35 | 1.00 | 1.22 |
+//! | agreement, % | 96 | 90 | 94 | 90 | 64 | 85 | 79 | 95 |
+//! | landmarks, % | 0.6 | 0.9 | 0.5 | 0.5 | 0.9 | 0.7 | 0.6 | 0.5 |
+//! | points, mm | 0.33 | 0.30 | 0.76 | 0.80 | 1.04 | 0.46 | 0.70 | 0.24 |
+//! | focal length, % | | | 14 | 13 | 14 | 4 | 11 | 4 |
+//! | fewest points in a region | 162 | 218 | 37 | 10 | 0 (chin) | 161 | 30 | 147 |
+//! | stretch: forehead, nose | 1.3, 1.5 | 1.2, 1.6 | 1.5, 1.8 | 1.5, 1.8 | 1.2, 1.7 | 1.3, 1.4 | 1.3, 1.7 | 1.3, 1.6 |
+//! | stretch: cheeks, jaw | 2.3, 1.7 | 2.8, 1.7 | 1.7, 1.3 | 1.5, 1.2 | 1.6, 1.2 | 1.9, 1.3 | 1.6, 1.3 | 2.4, 1.3 |
+//! | stretch: ears, skull | 1.1, 1.3 | 1.2, 1.4 | 1.1, 1.1 | 1.0, 1.1 | 1.3, 1.2 | 1.1, 1.2 | 1.2, 1.2 | 1.1, 1.4 |
+//! | turned over, mm² | 0 | 0 | 0 | 0 | 0 | 0 | 0 | 0 |
+//! | ears, mm | 10.2 | 10.6 | 4.6 | 1.1 | 5.5 | 6.1 | 7.0 | 12.4 |
+//! | outside the person, % | 0 | 0 | 0 | 0 | 0 | 0 | 0 | 0 |
+//! | held-out frames | 0.99 | 0.99 | 0.98 | 0.98 | 0.87 | 0.96 | 0.93 | 0.98 |
 //!
-//! (The last with its focal length estimated.) Where the table is outside of a range the head is truly wrong there: the woman's chin rests on a
-//! single point, and her neck is folded.
+//! (The last with its focal length estimated.) Where the table is outside of a range the head is truly wrong there: no point was measured on
+//! the woman's chin, and strong expressions leave a single motion less than two thirds of her tracks; the ears of the synthetic person are 6 and
+//! 15 mm from where they truly are, which is 1 and 3 mm from their usual place.
+//!
+//! No measure tells that a focal length is a third too short: that of the second of those who talk is, with a deviation of 11 %. Its head is
+//! 1.3 times as deep as broad; the others are 1.3 to 1.4 times. It turns little, but 10° to 20° of the films of the scan give theirs to 4 %
+//! without a board.
 
 use crate::faces::COVERED;
 use crate::{Bounds, Measure};
@@ -122,7 +128,7 @@ pub const EYES_COVER: Range = range("eyes_cover", "times", at_most(COVERED.eyes_
 pub const LANDMARKS: Range = range("landmark_error", "% of the distance between the eyes", at_most(2.0, None));
 /// Soft webcams measure to 0.7 mm.
 pub const POINTS_APART: Range = range("point_distance", "mm", at_most(1.2, None));
-/// Turns of 25° tell it to a fifth.
+/// Turns of 25° tell it to a fifth. It is the error that noise makes: see above for one that it does not tell.
 pub const FOCAL: Range = range("focal_deviation", "%", at_most(20.0, None));
 /// Without points a region's shape is that of the class.
 pub const FOREHEAD: Range = range("points_forehead", "points", at_least(3.0, None));
@@ -134,24 +140,25 @@ pub const CHEEK_LEFT: Range = range("points_cheek_left", "points", at_least(3.0,
 pub const CHEEK_RIGHT: Range = range("points_cheek_right", "points", at_least(3.0, None));
 /// See [`FOREHEAD`].
 pub const CHIN: Range = range("points_chin", "points", at_least(3.0, None));
-/// A third to a half above the most stretched good head; 30 random heads of the class have 1.4 to 1.9 in the median of a region, 2.0 to 4.7
-/// at worst.
-pub const STRETCH_FOREHEAD: Range = range("stretch_forehead", "times", at_most(3.0, None));
+/// About a half above the most stretched good head.
+pub const STRETCH_FOREHEAD: Range = range("stretch_forehead", "times", at_most(2.4, None));
 /// See [`STRETCH_FOREHEAD`].
-pub const STRETCH_NOSE: Range = range("stretch_nose", "times", at_most(3.0, None));
+pub const STRETCH_NOSE: Range = range("stretch_nose", "times", at_most(2.8, None));
 /// See [`STRETCH_FOREHEAD`]; the sides of the nose and the lids' rims take more.
-pub const STRETCH_CHEEKS: Range = range("stretch_cheeks", "times", at_most(4.5, None));
+pub const STRETCH_CHEEKS: Range = range("stretch_cheeks", "times", at_most(4.2, None));
 /// See [`STRETCH_FOREHEAD`].
 pub const STRETCH_JAW: Range = range("stretch_jaw", "times", at_most(2.5, None));
+/// See [`STRETCH_FOREHEAD`]: they are moved in one piece, by lengths within 1.22 of the average ear's, and their roots give way.
+pub const STRETCH_EARS: Range = range("stretch_ears", "times", at_most(2.0, None));
 /// See [`STRETCH_FOREHEAD`].
-pub const STRETCH_EARS: Range = range("stretch_ears", "times", at_most(3.0, None));
-/// See [`STRETCH_FOREHEAD`].
-pub const STRETCH_SKULL: Range = range("stretch_skull", "times", at_most(3.0, None));
-/// Three triangles behind an ear that is laid on turn over, 250 mm² of both; a fold of the face is larger.
-pub const FLIPPED: Range = range("flipped", "mm²", at_most(300.0, None));
+pub const STRETCH_SKULL: Range = range("stretch_skull", "times", at_most(2.2, None));
+/// Folds are undone, and none is left on any good head; a triangle of the face has 5 mm² in the median.
+pub const FLIPPED: Range = range("flipped", "mm²", at_most(5.0, None));
 /// Ears differ by their length and by how far they stand out: 10 mm at most.
 pub const EARS: Range = range("ear_displacement", "mm", at_most(12.0, Some(40.0)));
-/// A woman with strong expressions 0.88, everybody else 0.93 or more; a head without the mask that its frames show 0.70.
+/// No frame of the good films has more than 1.1 %; the synthetic person with the wall painted over the crown has 16 %.
+pub const OUTSIDE: Range = range("outside_person", "%", at_most(3.0, None));
+/// A woman with strong expressions 0.87, everybody else 0.93 or more; a head without the mask that its frames show 0.70.
 pub const OVERLAY: Range = range("held_out_correlation", "", at_least(0.8, None));
 
 #[cfg(test)]
