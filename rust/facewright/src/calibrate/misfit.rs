@@ -82,7 +82,6 @@ mod tests {
     fn said(views: &[BoardView]) -> Option<String> {
         let options = CalibrateOptions::default();
         let calibration = motion::calibrate::calibrate(views, 640, 480, &options.model()).unwrap();
-        println!("bend {:?} lens {:.3} rms {:.3}", calibration.bend, of_lens(&calibration, views), calibration.rms_px);
         warning(&calibration, views, &options)
     }
 
