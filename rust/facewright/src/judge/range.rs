@@ -24,8 +24,7 @@
 //! | held-out frames | 0.99 | 0.99 | 0.98 | 0.98 | 0.87 | 0.96 | 0.93 | 0.98 |
 //!
 //! (The last with its focal length estimated.) Where the table is outside of a range the head is truly wrong there: no point was measured on
-//! the woman's chin, and strong expressions leave a single motion less than two thirds of her tracks; the ears of the synthetic person are 6 and
-//! 15 mm from where they truly are, which is 1 and 3 mm from their usual place.
+//! the woman's chin, and a single motion explains less than two thirds of her tracks.
 //!
 //! No measure tells that a focal length is a third too short: that of the second of those who talk is, with a deviation of 11 %. Its head is
 //! 1.3 times as deep as broad; the others are 1.3 to 1.4 times. It turns little, but 10° to 20° of the films of the scan give theirs to 4 %
