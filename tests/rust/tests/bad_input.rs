@@ -141,7 +141,7 @@ fn of_two_faces_that_swap_sizes_the_first_is_followed() {
     let mut command = case.program();
     let done = command.arg("track").arg(case.input("")).arg("-o").arg(&output).output().unwrap();
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-    let said = String::from_utf8_lossy(&done.stdout);
+    let said = String::from_utf8_lossy(&done.stderr);
     assert!(said.contains("another face becomes the largest: the one of the frames before was kept"), "{said}");
     let tracks: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(output).unwrap()).unwrap();
     let poses: Vec<f64> = tracks["frames"]
