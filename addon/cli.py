@@ -85,6 +85,12 @@ def run(arguments: list[str]) -> int:
     return 0
 
 
+def warn(warnings: list[str]) -> None:
+    """As the program does it: apart from the result."""
+    for warning in warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+
+
 def with_colon(argument: str) -> str:
     """A length as the library spells it, `12:40=61.5`, of how Blender's shell used to: `12-40=61.5`."""
     return re.sub(r"^((?:--length=)?\d+)-(\d+=)", r"\1:\2", argument)
@@ -107,7 +113,8 @@ def reconstruct(wanted: argparse.Namespace, command: Command) -> Said:
     if wanted.blend:
         actions.place(bpy.context.scene, result, str(Path(clip_of(command)).resolve()))
         save(wanted.blend)
-    return [*actions.report_lines(result.report), *actions.warnings(result.report)], result.report
+    warn(actions.warnings(result.report))
+    return actions.report_lines(result.report), result.report
 
 
 def calibrate(wanted: argparse.Namespace, command: Command) -> Said:
@@ -121,7 +128,8 @@ def calibrate(wanted: argparse.Namespace, command: Command) -> Said:
         camera_actions.set_camera(bpy.context.scene, text)
         camera_actions.show_boards(bpy.context.scene)
         save(wanted.blend)
-    return [*camera_actions.summary(text), *camera_actions.warnings(text)], text
+    warn(camera_actions.warnings(text))
+    return camera_actions.summary(text), text
 
 
 def track(wanted: argparse.Namespace, command: Command) -> Said:

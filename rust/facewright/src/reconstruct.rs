@@ -215,7 +215,8 @@ impl Solver<'_> {
         clock: &mut Clock,
     ) -> Result<(Measured, Scale), FacewrightError> {
         let motion = self.motion(clip, camera, [tracking, moving], clock)?;
-        clip.refit(&motion.camera.camera, self.size)?;
+        let [refitting, shaping] = &shaping.split(&[1.0, 2.0]);
+        clip.refit(&motion.camera.camera, self.size, refitting)?;
         let chosen = shape::choose(clip, &motion)?;
         let measured = shape::measure(clip, &clip.known, &motion, chosen, self.size, shaping)?;
         clock.lap("shape");

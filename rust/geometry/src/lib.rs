@@ -7,6 +7,7 @@
 //! - [`face_mesh`]: the numbering of the 468 landmarks.
 //! - [`mesh`]: triangles, quads, normals, closest points.
 //! - [`least_squares`]: robust losses and a dense Levenberg–Marquardt driver.
+//! - [`Spread`]: places evenly spread over others.
 //! - [`SmoothField`]: vectors between scattered values, zero far from them.
 //! - [`rbf`]: affine + radial basis function warps (paper, eq. 8–10).
 //! - [`median`], [`smooth_step`], [`SplitMix64`]: the middle of numbers, a soft threshold, random bits.
@@ -21,6 +22,7 @@
 mod board;
 mod camera;
 pub mod face_mesh;
+mod farthest;
 mod field;
 pub mod least_squares;
 mod median;
@@ -35,6 +37,7 @@ mod undistort;
 
 pub use board::{Board, Pattern};
 pub use camera::{Camera, CameraError, CameraJacobian};
+pub use farthest::Spread;
 pub use field::SmoothField;
 pub use median::median;
 pub use progress::{Cancelled, Progress, ProgressSnapshot};

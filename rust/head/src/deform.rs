@@ -11,7 +11,7 @@ use crate::fit::{CloudPoint, HeadFit};
 use crate::surface::{Foot, SkinSurface};
 use crate::{GenericHead, HeadError};
 use geometry::rbf::{Kernel, RbfOptions, RbfWarp};
-use geometry::{Similarity, Vec3, median, mesh};
+use geometry::{Similarity, Spread, Vec3, median, mesh};
 use rayon::prelude::*;
 
 /// A place on the skin and where it should be.
@@ -212,22 +212,9 @@ fn outliers(places: &[Vec3], moves: &[Vec3], features: &[Feature], limit: f64) -
 
 /// Evenly spread centres (farthest point sampling), each the weighted mean of the features that are closest to it.
 fn average(kept: &[usize], places: &[Vec3], moves: &[Vec3], features: &[Feature], limit: usize) -> Vec<Centre> {
-    let Some(&first) = kept.first() else { return Vec::new() };
-    let mut nearest: Vec<(f64, usize)> = kept.iter().map(|&i| ((places[i] - places[first]).norm(), 0)).collect();
-    let mut count = 1;
-    while count < limit.min(kept.len()) {
-        let far = (0..kept.len()).max_by(|&a, &b| nearest[a].0.total_cmp(&nearest[b].0).then(b.cmp(&a)));
-        let Some(far) = far.filter(|&far| nearest[far].0 > 0.0) else { break };
-        for (i, near) in nearest.iter_mut().enumerate() {
-            let distance = (places[kept[i]] - places[kept[far]]).norm();
-            if distance < near.0 {
-                *near = (distance, count);
-            }
-        }
-        count += 1;
-    }
-    let mut sums = vec![(Vec3::zeros(), Vec3::zeros(), 0.0, f64::INFINITY); count];
-    for (&i, &(_, centre)) in kept.iter().zip(&nearest) {
+    let spread = Spread::over(&kept.iter().map(|&i| places[i]).collect::<Vec<_>>(), limit);
+    let mut sums = vec![(Vec3::zeros(), Vec3::zeros(), 0.0, f64::INFINITY); spread.chosen.len()];
+    for (&i, &centre) in kept.iter().zip(&spread.nearest) {
         let variance = features[i].sigma.powi(2).max(1e-12);
         let sum = &mut sums[centre];
         sum.0 += places[i] / variance;

@@ -4,8 +4,8 @@
 //! one piece, by the similarity that takes the generic ear to the skin that it grows on and to what was measured of it, within
 //! what ears of people do.
 //!
-//! # Entry point
-//! [`keep_ears`]
+//! # Entry points
+//! [`keep_ears`]; [`ear_vertices`]: which they are.
 
 use crate::GenericHead;
 use geometry::{Similarity, Transform, Vec3, smooth_step};
@@ -39,6 +39,12 @@ pub fn keep_ears(generic: &GenericHead, positions: &mut [Vec3], placed: &[Vec3])
             positions[v] = positions[v].lerp(&moved.apply(from), share);
         }
     }
+}
+
+/// The vertices of both ears.
+pub fn ear_vertices(generic: &GenericHead) -> Vec<usize> {
+    let ears = [1.0, -1.0].into_iter().filter_map(|side| Ear::find(generic, side));
+    ears.flat_map(|ear| ear.vertices).filter(|(_, share)| *share >= 1.0).map(|(v, _)| v).collect()
 }
 
 /// The vertices of an ear with what is taken of the one piece.

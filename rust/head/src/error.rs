@@ -4,7 +4,7 @@
 #[derive(Debug, thiserror::Error)]
 pub enum HeadError {
     /// The bytes are no generic head, or one of another version.
-    #[error("this is not a generic head of this version ({reason}): build it again with `cargo x head`")]
+    #[error("this is not a generic head of this version ({reason}): install Facewright again")]
     Format {
         /// What was missing or wrong.
         reason: String,

@@ -4,7 +4,7 @@
 //! [`extend`]: the guess there (an average head, lids and lips of the class), moved by a smooth field that takes the guess to the
 //! measured skin around. The field fades, so that what lies far from everything measured is the guess itself.
 
-use geometry::{SmoothField, Vec3};
+use geometry::{SmoothField, Spread, Vec3};
 use rayon::prelude::*;
 
 /// Skin that is measured holds the field at this many places at most.
@@ -22,7 +22,8 @@ pub fn extend(
     length: f64,
 ) -> Vec<Vec3> {
     let held: Vec<usize> = skin.filter(|&v| share[v] >= 1.0).collect();
-    let knots = spread(guess, &held);
+    let all: Vec<Vec3> = held.iter().map(|&v| guess[v]).collect();
+    let knots: Vec<usize> = Spread::over(&all, KNOTS).chosen.into_iter().map(|k| held[k]).collect();
     let places: Vec<Vec3> = knots.iter().map(|&v| guess[v]).collect();
     let moves: Vec<Vec3> = knots.iter().map(|&v| measured[v] - guess[v]).collect();
     let Some(field) = SmoothField::fit(&places, &moves, length, DETAIL) else { return measured.to_vec() };
@@ -33,22 +34,6 @@ pub fn extend(
         (guess[v] + field.at(&guess[v])).lerp(&measured[v], share[v].max(0.0))
     };
     (0..measured.len()).into_par_iter().map(place).collect()
-}
-
-/// Up to [`KNOTS`] of some vertices, evenly spread: each the farthest from those before.
-fn spread(places: &[Vec3], vertices: &[usize]) -> Vec<usize> {
-    let Some(&first) = vertices.first() else { return Vec::new() };
-    let mut distance: Vec<f64> = vertices.iter().map(|&v| (places[v] - places[first]).norm_squared()).collect();
-    let mut chosen = vec![first];
-    while chosen.len() < KNOTS {
-        let farthest = (0..vertices.len()).max_by(|&a, &b| distance[a].total_cmp(&distance[b]).then(b.cmp(&a)));
-        let Some(next) = farthest.filter(|&k| distance[k] > 0.0) else { break };
-        chosen.push(vertices[next]);
-        for (d, &v) in distance.iter_mut().zip(vertices) {
-            *d = d.min((places[v] - places[vertices[next]]).norm_squared());
-        }
-    }
-    chosen
 }
 
 #[cfg(test)]

@@ -144,7 +144,8 @@ pub fn carry_parts(generic: &GenericHead, positions: &mut [Vec3]) -> Result<(), 
 
 /// How far teeth stand out of the lips, against how they are on the generic head: at most half the room is given up.
 fn protrusion(generic: &GenericHead, skin: &[Vec3], mouth: &[usize], fit: &Similarity) -> f64 {
-    let lips = generic.skin().vertices.clone();
+    // The bag of the mouth is guessed: what was seen are the lips.
+    let lips = generic.skin().vertices.clone().filter(|&v| !generic.cavity[v]);
     let lack = |&v: &usize| {
         let place = generic.positions[v];
         let gap = |w: &usize| (generic.positions[*w] - place).norm_squared();

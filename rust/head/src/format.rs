@@ -310,7 +310,7 @@ mod tests {
         let mut torn = tiny();
         torn.mirror.pop();
         let error = GenericHead::from_bytes(&torn.to_bytes().unwrap()).unwrap_err();
-        assert!(error.to_string().contains("cargo x head"));
+        assert!(error.to_string().contains("install Facewright again"));
     }
 
     #[test]

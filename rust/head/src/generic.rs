@@ -1,6 +1,6 @@
 //! The generic head: one mesh of several parts, everything that is known about it.
 
-use geometry::{Vec3, mesh};
+use geometry::{Vec2, Vec3, mesh};
 use std::ops::Range;
 
 /// Names of the parts, in the order in which a [`GenericHead`] holds them.
@@ -105,6 +105,13 @@ impl GenericHead {
     /// Triangles of a part, `2i` and `2i + 1` from its quad `i`.
     pub fn triangles(&self, part: &Part) -> Vec<[u32; 3]> {
         mesh::triangulate(&self.quads[part.quads.clone()])
+    }
+
+    /// Texture coordinates of the corners of a part's triangles, in their order, `v` up.
+    pub fn triangle_uvs(&self, part: &Part) -> Vec<[Vec2; 3]> {
+        let corner = |uv: &[[f32; 2]; 4], k: usize| Vec2::new(f64::from(uv[k][0]), f64::from(uv[k][1]));
+        let quads = self.uvs[part.quads.clone()].iter();
+        quads.flat_map(|uv| [[0, 1, 2], [0, 2, 3]].map(|corners| corners.map(|k| corner(uv, k)))).collect()
     }
 
     /// Triangles of the skin that can be seen from outside: without the cavities of mouth, nose and eyes.

@@ -44,6 +44,13 @@ pub struct Surface<'a> {
     pub mirror: Option<&'a [u32]>,
 }
 
+impl<'a> Surface<'a> {
+    /// One that is drawn, not baked.
+    pub fn drawn(positions: &'a [Vec3], triangles: &'a [[u32; 3]], uvs: &'a [[Vec2; 3]]) -> Self {
+        Self { positions, triangles, uvs, weight: None, mirror: None }
+    }
+}
+
 /// A mesh that may stand before the surface, such as eyeballs and teeth.
 #[derive(Clone, Copy, Debug)]
 pub struct Occluder<'a> {

@@ -11,6 +11,7 @@ use crate::{Assets, FacewrightError, FrameSet, SizeOptions, SourcedCamera};
 use geometry::{Camera, Progress, Transform};
 use head::GenericHead;
 use head::fit::{FitOptions, FrameObservation, LandmarkFit, fit_landmarks};
+use head::neutral::Rest;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -64,6 +65,8 @@ pub struct Clip<'a> {
     pub known: KnownHead,
     /// The octave in which it is tracked.
     pub octave: Octave,
+    /// The face at rest, as the landmarks of all frames tell it.
+    pub rest: Rest,
     people: People<'a>,
 }
 
@@ -114,15 +117,16 @@ impl<'a> Clip<'a> {
     /// shape would be another head's.
     ///
     /// # Errors
-    /// Those of [`fit_landmarks`].
-    pub fn refit(&mut self, camera: &Camera, size: &SizeOptions) -> Result<(), FacewrightError> {
+    /// Those of [`fit_landmarks`]; [`FacewrightError::Cancelled`].
+    pub fn refit(&mut self, camera: &Camera, size: &SizeOptions, progress: &Progress) -> Result<(), FacewrightError> {
         let before = &self.landmark_fit.camera;
         let aside = (camera.cx - before.cx).hypot(camera.cy - before.cy) / camera.fx;
         if (camera.fx / before.fx).ln().abs() < OTHER_FOCAL && aside < OTHER_AIM_RAD {
             return Ok(());
         }
         let options = FitOptions { size: size.head_size(), ..FitOptions::default() };
-        self.landmark_fit = fit_landmarks(self.head, camera, &self.seen, &options, &Progress::new())?;
+        self.landmark_fit = fit_landmarks(self.head, camera, &self.seen, &options, progress)?;
+        self.rest = Rest::of(self.head, &self.landmark_fit);
         Ok(())
     }
 
@@ -281,7 +285,8 @@ impl<'a> Looking<'a, '_> {
         let known = KnownHead::by_landmarks(&landmark_fit);
         let octave = octave(faces.eye_distance());
         let people = People::new(&self.assets.landmarker, self.frames.len());
-        Ok(Clip { frames: self.frames, head, faces, seen, landmark_fit, known, octave, people })
+        let rest = Rest::of(head, &landmark_fit);
+        Ok(Clip { frames: self.frames, head, faces, seen, landmark_fit, known, octave, rest, people })
     }
 
     /// Places the head in the frames of those gaps between looks that are wanted.

@@ -4,7 +4,6 @@ use super::Clip;
 use crate::FacewrightError;
 use crate::reason::{FrameReason, tally};
 use geometry::Transform;
-use head::neutral::Rest;
 use nalgebra::Rotation3;
 use std::collections::BTreeMap;
 
@@ -96,7 +95,6 @@ fn candidates(clip: &Clip) -> Vec<Option<Candidate>> {
     let (expressions, blinks) = (indices(&EXPRESSIONS), indices(&["eyeBlink"]));
     let fitted = || fit.frames.iter().flatten();
     let usual: Vec<f64> = (0..head.keys.len()).map(|k| median(fitted().map(|f| f.expression[k]))).collect();
-    let rest = Rest::of(head, fit);
     let strongest = |expression: &[f64], from: &[f64], keys: &[usize]| {
         keys.iter().map(|&k| (expression[k] - from[k]).abs()).fold(0.0, f64::max)
     };
@@ -107,7 +105,7 @@ fn candidates(clip: &Clip) -> Vec<Option<Candidate>> {
             rms_px: fitted.rms_px,
             sharpness: look.sharpness,
             expression: strongest(&fitted.expression, &usual, &expressions),
-            from_rest: strongest(&fitted.expression, &rest.change, &expressions),
+            from_rest: strongest(&fitted.expression, &clip.rest.change, &expressions),
             blink: strongest(&fitted.expression, &usual, &blinks),
         })
     };

@@ -4,13 +4,10 @@ use crate::faces::{Appearance, COVERED};
 use geometry::Vec3;
 use geometry::face_mesh::{BROWS_UPPER, EYE_CONTOURS, EYE_CORNERS, LIPS_OUTER_LOWER, LIPS_OUTER_UPPER};
 use head::GenericHead;
+use head::ears::ear_vertices;
 
 /// Skin this near a landmark is face, metres.
 const FACE: f64 = 0.012;
-/// Skin this near the outermost place of a side is ear, metres.
-const EAR: f64 = 0.037;
-/// An ear's outermost place is at most so far above or below the middle of the head, metres.
-const EAR_HEIGHT: f64 = 0.06;
 /// Below this all is neck; below the second so is what lies behind the middle, metres.
 const NECK: [f64; 2] = [-0.125, -0.085];
 
@@ -65,15 +62,14 @@ pub fn of_landmarks(head: &GenericHead) -> Vec<Region> {
 pub fn of_skin(head: &GenericHead) -> Vec<Option<Region>> {
     let (at, of_landmarks) = (head.landmarks(&head.positions), of_landmarks(head));
     let skin = head.skin().vertices.clone();
-    let outside = || skin.clone().filter(|&v| !head.cavity[v]).map(|v| head.positions[v]);
-    let level = || outside().filter(|p| p.y.abs() < EAR_HEIGHT);
-    let ends = [1.0, -1.0].map(|side| level().max_by(|a, b| (side * a.x).total_cmp(&(side * b.x))));
+    let mut is_ear = vec![false; head.positions.len()];
+    ear_vertices(head).into_iter().for_each(|v| is_ear[v] = true);
     let region = |v: usize| {
         let place = head.positions[v];
         let (landmark, distance) = nearest(&at, &place);
         match () {
             () if head.cavity[v] => None,
-            () if ends.iter().flatten().any(|end| (place - end).norm() < EAR) => Some(Region::Ears),
+            () if is_ear[v] => Some(Region::Ears),
             () if distance < FACE => Some(of_landmarks[landmark]),
             () if place.y < NECK[0] || (place.y < NECK[1] && place.z < 0.0) => Some(Region::Neck),
             () => Some(Region::Skull),

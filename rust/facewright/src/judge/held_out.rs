@@ -4,15 +4,13 @@ use crate::FacewrightError;
 use crate::faces::{Clip, median};
 use crate::head::Measured;
 use crate::texture::Skin;
-use geometry::{Camera, Vec2, Vec3};
+use geometry::{Camera, Vec2};
 use head::GenericHead;
 use image::{GrayImage, RgbImage, RgbaImage, imageops};
 use rayon::prelude::*;
 use texture::{DrawOptions, Layer, Painter, Surface};
 use vision::landmarks::{Face, MaskOptions, face_mask};
 
-/// Frames that are compared at most, spread over those that are there.
-const FRAMES: usize = 8;
 /// Distance between the eyes at which they are, pixels: wrinkles and brows count, pores and noise do not.
 pub(super) const EYES_PX: f64 = 48.0;
 /// Skin this near the outline is left out, as part of its distance from the middle of the face: there it turns away.
@@ -27,7 +25,7 @@ pub fn correlation(clip: &Clip, measured: &Measured, skin: &Skin) -> Result<Opti
     if frames.is_empty() {
         return Ok(None);
     }
-    let shown = Shown::new(clip.head, measured);
+    let shown = Shown::new(clip.head);
     let compare = |&frame: &usize| shown.compare(clip, measured, skin, frame);
     let all: Result<Vec<_>, FacewrightError> = frames.par_iter().map(compare).collect();
     let found: Vec<f64> = all?.into_iter().flatten().collect();
@@ -45,27 +43,19 @@ fn held_out(clip: &Clip, measured: &Measured, skin: &Skin) -> Vec<usize> {
         .filter(|&f| clip.faces.face(f).is_some() && measured.frames[f].pose.is_some() && is_quiet(f))
         .filter(|&f| !skin.report.gains.contains_key(name(f)))
         .collect();
-    let count = all.len().min(FRAMES);
-    (0..count).map(|k| all[(2 * k + 1) * all.len() / (2 * count)]).collect()
+    super::spread(&all)
 }
 
 /// The skin as the painter takes it.
 struct Shown {
-    positions: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
     uvs: Vec<[Vec2; 3]>,
 }
 
 impl Shown {
-    fn new(head: &GenericHead, measured: &Measured) -> Self {
+    fn new(head: &GenericHead) -> Self {
         let skin = head.skin();
-        let corner = |uv: &[[f32; 2]; 4], k: usize| Vec2::new(f64::from(uv[k][0]), f64::from(uv[k][1]));
-        let uvs = head.uvs[skin.quads.clone()].iter();
-        Self {
-            positions: measured.positions.clone(),
-            triangles: head.triangles(skin),
-            uvs: uvs.flat_map(|uv| [[0, 1, 2].map(|k| corner(uv, k)), [0, 2, 3].map(|k| corner(uv, k))]).collect(),
-        }
+        Self { triangles: head.triangles(skin), uvs: head.triangle_uvs(skin) }
     }
 
     fn compare(
@@ -78,13 +68,7 @@ impl Shown {
         let (Some(face), Some(pose)) = (clip.faces.face(frame), measured.frames[frame].pose) else { return Ok(None) };
         let factor = (EYES_PX / face.eye_distance().max(1.0)).min(1.0);
         let camera = measured.camera.resized(factor);
-        let surface = Surface {
-            positions: &self.positions,
-            triangles: &self.triangles,
-            uvs: &self.uvs,
-            weight: None,
-            mirror: None,
-        };
+        let surface = Surface::drawn(&measured.positions, &self.triangles, &self.uvs);
         let painter = Painter::new(&[Layer { surface, texture: &skin.texture }])?;
         let options = DrawOptions { shading: skin.report.shading.as_ref(), ..DrawOptions::default() };
         let drawn = painter.draw(&camera, &pose, &options)?;

@@ -32,6 +32,15 @@ pub struct Judged<'a> {
     pub source: CameraSource,
 }
 
+/// Frames that the head is held against at most.
+const FRAMES: usize = 8;
+
+/// So many of some frames, evenly spread over them.
+fn spread<T: Copy>(all: &[T]) -> Vec<T> {
+    let count = all.len().min(FRAMES);
+    (0..count).map(|k| all[(2 * k + 1) * all.len() / (2 * count)]).collect()
+}
+
 /// Takes every measure.
 ///
 /// # Errors

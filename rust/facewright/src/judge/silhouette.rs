@@ -12,8 +12,6 @@ use geometry::{Camera, Transform, Vec2, Vec3};
 use raster::{NO_TRIANGLE, Window, fragments, project};
 use rayon::prelude::*;
 
-/// Frames that are looked at most, spread over the turn of the head.
-const FRAMES: usize = 8;
 /// Of the landmarks around the face, so many lie within a person that was told from what is behind: 33 of 36 or more in 71 of 72 frames of
 /// good films.
 const HOLDS_FACE: f64 = 0.8;
@@ -25,17 +23,16 @@ const FEWEST: usize = 400;
 pub fn outside(clip: &Clip, measured: &Measured) -> Result<Option<f64>, FacewrightError> {
     let drawn = Drawn::new(clip, measured);
     let all: Result<Vec<_>, FacewrightError> =
-        spread(measured).par_iter().map(|(frame, pose)| drawn.outside(clip, *frame, pose)).collect();
+        over_the_turn(measured).par_iter().map(|(frame, pose)| drawn.outside(clip, *frame, pose)).collect();
     let found: Vec<f64> = all?.into_iter().flatten().collect();
     Ok((!found.is_empty()).then(|| 100.0 * median(found.into_iter())))
 }
 
 /// Frames that the shape was made of, with their poses, from the farthest turn to one side to the farthest to the other.
-fn spread(measured: &Measured) -> Vec<(usize, Transform)> {
+fn over_the_turn(measured: &Measured) -> Vec<(usize, Transform)> {
     let mut all = measured.chosen_poses();
     all.sort_by(|a, b| yaw_pitch(&a.1).0.total_cmp(&yaw_pitch(&b.1).0));
-    let count = all.len().min(FRAMES);
-    (0..count).map(|k| all[(2 * k + 1) * all.len() / (2 * count)]).collect()
+    super::spread(&all)
 }
 
 /// The head as it is drawn, without ears, that hair and straps lie over, and without the neck, that clothes do.

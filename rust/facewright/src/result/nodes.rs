@@ -26,13 +26,7 @@ pub(super) struct Node {
 impl Node {
     /// What is drawn of it.
     pub(super) fn layer(&self) -> Layer<'_> {
-        let surface = Surface {
-            positions: &self.positions,
-            triangles: &self.triangles,
-            uvs: &self.uvs,
-            weight: None,
-            mirror: None,
-        };
+        let surface = Surface::drawn(&self.positions, &self.triangles, &self.uvs);
         Layer { surface, texture: &self.texture }
     }
 }

@@ -2,9 +2,9 @@
 
 use super::mouth::{clear_mouth, restless};
 use super::skin_tone::SkinTone;
-use crate::FacewrightError;
 use crate::faces::{Clip, uncovered};
 use crate::head::Measured;
+use crate::{FacewrightError, Method};
 use geometry::{Camera, Transform, Vec2};
 use image::{GrayImage, Luma, RgbImage, imageops};
 use raster::Window;
@@ -93,13 +93,21 @@ pub fn cuts(
     measured: &Measured,
     chosen: &[(usize, Transform)],
     picked: &[usize],
+    method: Method,
 ) -> Result<Vec<Cuts>, FacewrightError> {
     let restless = restless(clip, chosen, picked);
     let cuts = |(i, (frame, pose)): (usize, &(usize, Transform))| {
         let picture = clip.frames.picture(*frame)?;
         let head = if picked.contains(&i) {
-            let cut = shown_head(clip, *frame, &picture, measured, pose)?;
-            Some(if restless.contains(&i) { cut.without_mouth(clip.faces.face(*frame)) } else { cut })
+            let cut = head(&picture, measured, pose);
+            Some(match method {
+                // The paper's texture takes what the frames show.
+                Method::Paper => cut,
+                Method::Default => {
+                    let cut = showing(cut, clip, *frame, &picture)?;
+                    if restless.contains(&i) { cut.without_mouth(clip.faces.face(*frame)) } else { cut }
+                }
+            })
         } else {
             None
         };
@@ -111,14 +119,7 @@ pub fn cuts(
 }
 
 /// The head, with what may colour it.
-fn shown_head(
-    clip: &Clip,
-    frame: usize,
-    picture: &RgbImage,
-    measured: &Measured,
-    pose: &Transform,
-) -> Result<Cut, FacewrightError> {
-    let cut = head(picture, measured, pose);
+fn showing(cut: Cut, clip: &Clip, frame: usize, picture: &RgbImage) -> Result<Cut, FacewrightError> {
     let Some((face, person)) = clip.faces.face(frame).zip(clip.person(frame)?) else { return Ok(cut) };
     let cut = cut.showing(&person, face, SkinTone::of(picture, face).as_ref());
     let place = (cut.corner, cut.image.dimensions());

@@ -57,7 +57,7 @@ pub fn make_textures(
     let sharpness: Vec<f64> =
         chosen.iter().map(|(frame, _)| clip.faces.look(*frame).map_or(0.0, |look| look.sharpness)).collect();
     let picked = choose_views(&poses, &sharpness, VIEWS);
-    let cuts = cuts(clip, measured, &chosen, &picked)?;
+    let cuts = cuts(clip, measured, &chosen, &picked, method)?;
     let view = |&i: &usize| {
         let cut = cuts[i].head.as_ref()?;
         let (image, camera) = (&cut.image, cut.camera(&measured.camera));
@@ -92,11 +92,7 @@ fn bake_skin(
 ) -> Result<Baked, FacewrightError> {
     let skin = head.skin();
     let triangles = head.triangles(skin);
-    let corner = |uv: &[[f32; 2]; 4], k: usize| Vec2::new(f64::from(uv[k][0]), f64::from(uv[k][1]));
-    let uvs: Vec<[Vec2; 3]> = head.uvs[skin.quads.clone()]
-        .iter()
-        .flat_map(|uv| [[0, 1, 2].map(|k| corner(uv, k)), [0, 2, 3].map(|k| corner(uv, k))])
-        .collect();
+    let uvs = head.triangle_uvs(skin);
     let is_seen = |v: usize| !head.cavity[v] && !covered.get(v).copied().unwrap_or(false);
     let weight: Vec<f64> = (0..head.cavity.len()).map(|v| if is_seen(v) { 1.0 } else { 0.0 }).collect();
     let surface =

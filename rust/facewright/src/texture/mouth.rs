@@ -3,9 +3,8 @@
 use crate::faces::Clip;
 use geometry::face_mesh::{LIPS_OUTER_LOWER, LIPS_OUTER_UPPER};
 use geometry::{Transform, Vec2};
-use head::neutral::Rest;
-use image::{GrayImage, Luma};
-use vision::landmarks::Face;
+use image::GrayImage;
+use vision::landmarks::{Face, fill_polygon};
 
 /// Lips within this of where they rest are at rest, metres: half of what is an expression, and a third of a lip.
 const AT_REST: f64 = 0.003;
@@ -16,11 +15,10 @@ const WIDENED: f64 = 1.35;
 
 /// Of the chosen frames with their poses, those that are picked and whose mouth is not at rest, unless they are among the calmest.
 pub fn restless(clip: &Clip, chosen: &[(usize, Transform)], picked: &[usize]) -> Vec<usize> {
-    let rest = Rest::of(clip.head, &clip.landmark_fit);
     let lips = || LIPS_OUTER_UPPER.iter().chain(&LIPS_OUTER_LOWER);
     let away = |frame: usize| {
         let fitted = clip.landmark_fit.frames[frame].as_ref()?;
-        let moved = clip.head.landmark_offsets(&rest.from_rest(&fitted.expression));
+        let moved = clip.head.landmark_offsets(&clip.rest.from_rest(&fitted.expression));
         Some(lips().map(|&i| moved[i].norm()).fold(0.0, f64::max))
     };
     let mut by_calm: Vec<(f64, usize)> = picked.iter().filter_map(|&i| Some((away(chosen[i].0)?, i))).collect();
@@ -34,24 +32,5 @@ pub fn clear_mouth(mask: &mut GrayImage, face: &Face, corner: &Vec2) {
     let outline: Vec<Vec2> = lips.map(|&i| face.points[i].xy() - corner).collect();
     let middle = outline.iter().sum::<Vec2>() / outline.len() as f64;
     let outline: Vec<Vec2> = outline.iter().map(|p| middle + (p - middle) * WIDENED).collect();
-    let inside = |x: u32, y: u32| is_inside(&outline, f64::from(x), f64::from(y));
-    mask.enumerate_pixels_mut().filter(|(x, y, _)| inside(*x, *y)).for_each(|(_, _, pixel)| *pixel = Luma([0]));
-}
-
-/// Whether a point lies within a closed outline: a ray to the right crosses it an odd number of times.
-fn is_inside(outline: &[Vec2], x: f64, y: f64) -> bool {
-    let crosses = |(a, b): (&Vec2, &Vec2)| (a.y > y) != (b.y > y) && x < a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x);
-    outline.iter().zip(outline.iter().cycle().skip(1)).filter(|pair| crosses(*pair)).count() % 2 == 1
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn inside_is_what_the_outline_surrounds() {
-        let outline = [[0.0, 0.0], [10.0, 0.0], [10.0, 6.0], [5.0, 2.0], [0.0, 6.0]].map(Vec2::from);
-        assert!(is_inside(&outline, 1.0, 1.0) && is_inside(&outline, 9.0, 4.0));
-        assert!(!is_inside(&outline, 5.0, 4.0) && !is_inside(&outline, -1.0, 1.0) && !is_inside(&outline, 3.0, 9.0));
-    }
+    fill_polygon(mask, &outline, 0);
 }

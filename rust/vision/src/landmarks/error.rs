@@ -6,14 +6,14 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum LandmarkError {
     /// A net's file is not there.
-    #[error("the landmark net {} is missing: build it with `cargo x head`, or install the add-on again", path.display())]
+    #[error("the landmark net {} is missing: install Facewright again", path.display())]
     NetMissing {
         /// Where it should be.
         path: PathBuf,
     },
     /// A net's file cannot be read or is not the net it should be.
     #[error(
-        "the landmark net {} cannot be used ({reason}): build it again with `cargo x head`, or install the add-on again",
+        "the landmark net {} cannot be used ({reason}): install Facewright again",
         path.display()
     )]
     NetUnusable {
@@ -23,7 +23,7 @@ pub enum LandmarkError {
         reason: String,
     },
     /// The net's computation failed.
-    #[error("the landmark net {net} failed ({reason}): build the nets again with `cargo x head`")]
+    #[error("the landmark net {net} failed ({reason}): install Facewright again")]
     NetFailed {
         /// Its name.
         net: &'static str,

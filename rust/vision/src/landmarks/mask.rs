@@ -28,12 +28,12 @@ impl Default for MaskOptions {
 /// The outline is the face oval; it ends below the hair line and does not include ears and neck.
 pub fn face_mask(face: &Face, width: u32, height: u32, options: &MaskOptions) -> GrayImage {
     let mut mask = GrayImage::new(width, height);
-    fill(&mut mask, &oval(face, options.shrink), 255);
+    fill_polygon(&mut mask, &oval(face, options.shrink), 255);
     if options.exclude_eyes {
-        face.irises.iter().for_each(|iris| fill(&mut mask, &iris.eye_contour, 0));
+        face.irises.iter().for_each(|iris| fill_polygon(&mut mask, &iris.eye_contour, 0));
     }
     if options.exclude_mouth {
-        fill(&mut mask, &MOUTH_OPENING.map(|i| face.points[i].xy()), 0);
+        fill_polygon(&mut mask, &MOUTH_OPENING.map(|i| face.points[i].xy()), 0);
     }
     mask
 }
@@ -47,7 +47,7 @@ fn oval(face: &Face, shrink: f64) -> Vec<Vec2> {
 
 /// Sets the pixels whose centres a closed polygon winds around. (The oval of a face turned far aside crosses itself, so
 /// crossings must not cancel.)
-fn fill(mask: &mut GrayImage, polygon: &[Vec2], value: u8) {
+pub fn fill_polygon(mask: &mut GrayImage, polygon: &[Vec2], value: u8) {
     let (width, height) = (i64::from(mask.width()), i64::from(mask.height()));
     let top = polygon.iter().map(|p| p.y).fold(f64::INFINITY, f64::min).ceil().max(0.0) as i64;
     let bottom = polygon.iter().map(|p| p.y).fold(f64::NEG_INFINITY, f64::max).floor() as i64;
@@ -86,7 +86,7 @@ mod tests {
     fn a_polygon_holds_the_pixel_centres_inside_it() {
         let mut mask = GrayImage::new(20, 20);
         let square = [(2.5, 3.5), (12.5, 3.5), (12.5, 9.5), (2.5, 9.5)].map(|(x, y)| Vec2::new(x, y));
-        fill(&mut mask, &square, 255);
+        fill_polygon(&mut mask, &square, 255);
         assert_eq!(count(&mask), 60);
         assert_eq!((mask.get_pixel(3, 4).0[0], mask.get_pixel(2, 4).0[0]), (255, 0));
     }
@@ -96,7 +96,7 @@ mod tests {
         let star = (0..5).map(|k| f64::from(k) * 0.8 * std::f64::consts::PI);
         let star: Vec<Vec2> = star.map(|a| Vec2::new(50.0 + 40.0 * a.cos(), 50.0 + 40.0 * a.sin())).collect();
         let mut mask = GrayImage::new(100, 100);
-        fill(&mut mask, &star, 255);
+        fill_polygon(&mut mask, &star, 255);
         assert_eq!(mask.get_pixel(50, 50).0[0], 255);
     }
 
@@ -104,7 +104,7 @@ mod tests {
     fn a_polygon_beyond_the_picture_is_clipped() {
         let mut mask = GrayImage::new(10, 10);
         let large = [(-50.0, -50.0), (60.0, -50.0), (60.0, 60.0), (-50.0, 60.0)].map(|(x, y)| Vec2::new(x, y));
-        fill(&mut mask, &large, 255);
+        fill_polygon(&mut mask, &large, 255);
         assert_eq!(count(&mask), 100);
     }
 }

@@ -23,7 +23,7 @@ mod rounded;
 pub use detector::DetectedFace;
 pub use error::LandmarkError;
 pub use iris::Iris;
-pub use mask::{MaskOptions, face_mask};
+pub use mask::{MaskOptions, face_mask, fill_polygon};
 pub use person::PersonMask;
 
 use crop::{Nearness, Region};
@@ -332,7 +332,10 @@ mod tests {
     #[test]
     fn a_missing_net_is_named_with_its_remedy() {
         let error = FaceLandmarker::load(Path::new("/nowhere")).err().unwrap().to_string();
-        assert!(error.contains("face_detection_full_range.onnx") && error.contains("cargo x head"), "{error}");
+        assert!(
+            error.contains("face_detection_full_range.onnx") && error.contains("install Facewright again"),
+            "{error}"
+        );
     }
 
     #[test]
