@@ -9,9 +9,10 @@
 //! Those of [`geometry`]; the head frame is that of the landmarks' head, placed by the poses of the tracks.
 //!
 //! # Order of work
-//! Skin alone gives a first motion; every track is judged by it over the whole sequence, so that lips, lids and brows
-//! take part where they are still and are left out where they talk (`rigid`); what is rigid gives the motion; then the
-//! size (`scale`) and what is said of it (`report`).
+//! Skin alone gives a first motion; without a calibrated camera a second one, of all that has a place on the head, gives the focal length:
+//! who talks contradicts every focal length, and tracks chosen by one would confirm it. Every track is judged by that motion over the whole
+//! sequence, so that lips, lids and brows take part where they are still and are left out where they talk (`rigid`); what is rigid gives
+//! the motion; then the size (`scale`) and what is said of it (`report`).
 
 mod films;
 mod frames;
@@ -44,10 +45,10 @@ pub(crate) const SURFACE_SIGMA_M: f64 = 0.006;
 /// Frames that the first solution takes its structure from: enough to tell which tracks move with the skull.
 const FIRST_KEY_FRAMES: usize = 48;
 
-/// Times of both solutions, in parts: the skin's, and that of all that is rigid …
-const PARTS: [f64; 2] = [30.0, 70.0];
+/// Times of the solutions, in parts: the skin's, that of all tracks, which finds the focal length, and that of all that is rigid …
+const PARTS: [f64; 3] = [25.0, 55.0, 20.0];
 /// … where the focal length is known.
-const CALIBRATED: [f64; 2] = [50.0, 50.0];
+const CALIBRATED: [f64; 3] = [50.0, 0.0, 50.0];
 
 /// How [`solve_motion`] works.
 #[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
@@ -106,15 +107,22 @@ pub fn solve_motion(
     let camera = usual_lens(known_or_tracked(camera, tracks)?);
     check(tracks, options)?;
     let problem = Problem::new(tracks, camera);
+    let refine = problem.options.refine_focal;
+    let [before, lens, after] = progress.split(if refine { &PARTS } else { &CALIBRATED });
     let skin: Vec<bool> = tracks.tracks.iter().map(|track| track.region == Region::Skin).collect();
-    let poses: Vec<Option<Transform>> = tracks.frames.iter().map(|frame| frame.cam_from_head).collect();
-    let [before, after] = progress.split(if problem.options.refine_focal { &PARTS } else { &CALIBRATED });
-    let first = problem.solve(&skin, &camera.camera, (&poses, None), &before)?;
-    let judged = judge(&problem.tracks, &first, problem.options.threshold_px);
+    let mut found = problem.solve(&skin, Round::First, &before)?;
+    let mut judged = judge(&problem.tracks, &found, problem.options.threshold_px);
     clock.lap("skin");
+    if refine {
+        let placed: Vec<bool> = judged.iter().map(|judged| *judged != Judged::Lost).collect();
+        found = problem.solve(&placed, Round::Lens(&found), &lens)?;
+        judged = judge(&problem.tracks, &found, problem.options.threshold_px);
+        clock.lap("lens");
+    }
     let rigid: Vec<bool> = judged.iter().map(|judged| *judged == Judged::Rigid).collect();
-    let start: Vec<Option<Transform>> = first.poses.iter().map(|pose| pose.as_ref().ok().copied()).collect();
-    let last = problem.solve(&rigid, &first.camera, (&poses, Some(&start)), &after)?;
+    let last = problem.solve(&rigid, Round::Last(&found), &after)?;
+    let (focal_sigma_px, is_lens_free) = (found.focal_sigma_px, found.is_lens_free);
+    let last = Sequence { focal_sigma_px, is_lens_free, anchored: last.anchored && found.anchored, ..last };
     clock.lap("motion");
     let motion = report::report(tracks, &problem, last, &judged, (options, None), clock)?;
     progress.done()?;
@@ -150,10 +158,23 @@ fn known_or_tracked(known: Option<&SourcedCamera>, tracks: &Tracks) -> Result<So
 /// Tracks as the solver takes them, and what holds for every solution.
 struct Problem {
     tracks: Vec<PointTrack>,
+    /// The landmarks' pose of each frame.
+    poses: Vec<Option<Transform>>,
     camera: SourcedCamera,
     options: SequenceOptions,
     /// A point in fewer frames tells no shape.
     fewest_frames: usize,
+}
+
+/// Which solution is wanted, and the one before.
+#[derive(Clone, Copy)]
+enum Round<'a> {
+    /// From the landmarks' poses.
+    First,
+    /// For the focal length and its deviation.
+    Lens(&'a Sequence),
+    /// With the camera of the one before.
+    Last(&'a Sequence),
 }
 
 /// A point of one camera's film in fewer frames than this tells no shape.
@@ -177,29 +198,36 @@ impl Problem {
         let of_track =
             |track: &crate::PointTrack| PointTrack { observations: track.observations.iter().map(sighting).collect() };
         let of_tracks = tracks.tracks.iter().map(of_track).collect();
-        Self { tracks: of_tracks, camera, options: solver, fewest_frames: LEAST_SEEN }
+        let poses = tracks.frames.iter().map(|frame| frame.cam_from_head).collect();
+        Self { tracks: of_tracks, poses, camera, options: solver, fewest_frames: LEAST_SEEN }
     }
 
-    /// The motion by the tracks that take part, from the landmarks' poses and better ones to begin with; points keep the
-    /// numbers of all tracks.
-    fn solve(
-        &self,
-        takes_part: &[bool],
-        camera: &Camera,
-        (initial, start): (&[Option<Transform>], Option<&[Option<Transform>]>),
-        progress: &Progress,
-    ) -> Result<Sequence, FacewrightError> {
+    /// The motion by the tracks that take part; points keep the numbers of all tracks.
+    fn solve(&self, takes_part: &[bool], round: Round<'_>, progress: &Progress) -> Result<Sequence, FacewrightError> {
         let chosen = |(track, part): (&PointTrack, &bool)| if *part { track.clone() } else { PointTrack::default() };
         let tracks: Vec<PointTrack> = self.tracks.iter().zip(takes_part).map(chosen).collect();
-        let options = SequenceOptions {
-            initial_poses: Some(initial.to_vec()),
-            start_poses: start.map(<[_]>::to_vec),
-            // The first solution is only a start for the second.
-            focal_sigma: start.is_some(),
-            key_frames: if start.is_some() { self.options.key_frames } else { FIRST_KEY_FRAMES },
-            ..self.options.clone()
-        };
-        Ok(reconstruct_sequence(&tracks, camera, &options, progress)?)
+        let (options, camera) = self.round(round);
+        Ok(reconstruct_sequence(&tracks, &camera, &options, progress)?)
+    }
+
+    fn round(&self, round: Round<'_>) -> (SequenceOptions, Camera) {
+        let options = SequenceOptions { initial_poses: Some(self.poses.clone()), ..self.options.clone() };
+        let poses = |of: &Sequence| of.poses.iter().map(|pose| pose.as_ref().ok().copied()).collect::<Vec<_>>();
+        match round {
+            Round::First => {
+                let start = SequenceOptions { key_frames: FIRST_KEY_FRAMES, focal_sigma: false, ..options };
+                (start, self.camera.camera)
+            }
+            Round::Lens(before) => (SequenceOptions { start_poses: Some(poses(before)), ..options }, before.camera),
+            Round::Last(before) => {
+                let start = poses(before);
+                // The landmarks' poses were found with another focal length.
+                let refined = || start.iter().zip(&self.poses).map(|(pose, landmarks)| pose.or(*landmarks)).collect();
+                let initial = if options.refine_focal { refined() } else { self.poses.clone() };
+                let (initial_poses, start_poses) = (Some(initial), Some(start));
+                (SequenceOptions { initial_poses, start_poses, refine_focal: false, ..options }, before.camera)
+            }
+        }
     }
 }
 

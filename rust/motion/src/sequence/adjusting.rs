@@ -30,8 +30,9 @@ impl Reconstruction<'_> {
         self.inflation = variance_inflation(&self.bundle(1.0), LOSS);
     }
 
-    /// Observations keep their announced standard deviations, by which the loss knows them: the priors' are drawn in instead. Those
-    /// of the translations only hold the frame of the head: they would hold a wrong focal length too.
+    /// Observations keep their announced standard deviations, by which the loss knows them: the priors' are drawn in instead. Initial
+    /// poses were found with another focal length, which turns them too: where that is refined, the points hold the frame of the head if
+    /// they can.
     pub(super) fn bundle_options(&self, iterations: usize, refine_focal: bool) -> BundleOptions {
         let deviation = 1.0 / self.inflation.sqrt();
         let anchors = self.anchors.iter().enumerate().filter_map(|(frame, anchor)| Some((frame, (*anchor)?)));
@@ -41,7 +42,8 @@ impl Reconstruction<'_> {
             sigma_rad: deviation * self.options.initial_sigma_rad,
             sigma_m: self.options.initial_sigma_m,
         };
-        let pose_priors: Vec<PosePrior> = anchors.map(pose_prior).collect();
+        let by_points = refine_focal && self.options.point_priors.len() >= 3;
+        let pose_priors: Vec<PosePrior> = anchors.filter(|_| !by_points).map(pose_prior).collect();
         let point_prior = |prior: &PointPrior| PointPrior { information: prior.information * self.inflation, ..*prior };
         let is_placed = |prior: &&PointPrior| self.points.get(prior.point).is_some_and(Option::is_some);
         let focal_prior = |prior: FocalPrior| FocalPrior { log_sigma: deviation * prior.log_sigma, ..prior };

@@ -1,48 +1,56 @@
-//! How much less information tracks hold than they claim: their errors are larger than announced, and correlated from frame to frame.
+//! How much less information tracks hold than they claim: their errors are larger than announced, and correlated from frame to frame and
+//! from neighbour to neighbour.
 //!
 //! A tracked point of the skin errs by the shape that its patch had when it was chosen, and by the skin's motion relative to
-//! the skull; both last for many frames. Counted as independent, a few hundred frames would outvote any prior.
+//! the skull; both last for many frames, and who talks or smiles moves all of a cheek. Counted as independent, a few hundred frames or
+//! points would outvote any prior.
 //!
 //! The time over which errors stay correlated is the integrated autocorrelation time (Sokal 1997, section 3), taken over all
-//! tracks together.
+//! tracks together. The number of neighbours that err alike is found in the same way, by the neighbours' ranks instead of the lags.
 
 use crate::bundle::{Bundle, Observation};
 use geometry::Vec2;
 use geometry::least_squares::Loss;
+use rayon::prelude::*;
 
 /// Errors whose correlation is below this are taken for independent.
 const INDEPENDENT: f64 = 0.05;
+/// Neighbours whose correlations are averaged before they are compared with that.
+const RING: usize = 8;
 
-/// The variance inflation of a bundle's observations, all frames counted as independent: the observed variance in parts of that
-/// announced, times the number of frames over which errors stay correlated. At least 1.
+/// The residuals of one point, in the order of the frames.
+type Errors = Vec<(usize, Vec2)>;
+
+/// The variance inflation of a bundle's observations, all of them counted as independent: the observed variance in parts of that
+/// announced, times the number of frames and the number of points over which errors stay correlated. At least 1.
 pub(super) fn variance_inflation(bundle: &Bundle, loss: Loss) -> f64 {
     let tracks = residuals(bundle, loss);
     let count: usize = tracks.iter().map(Vec::len).sum();
     let unknowns = 6 * bundle.poses.len() + 3 * tracks.iter().filter(|track| !track.is_empty()).count();
     let freedom = (2 * count).saturating_sub(unknowns).max(1) as f64;
-    let squares: f64 = tracks.iter().flatten().map(Vec2::norm_squared).sum();
-    (squares / freedom * correlation_time(&tracks)).max(1.0)
+    let squares: f64 = tracks.iter().flatten().map(|(_, error)| error.norm_squared()).sum();
+    (squares / freedom * correlation_time(&tracks) * correlated_points(bundle, &tracks)).max(1.0)
 }
 
-/// Residuals of each point's observations in the order of the frames, in standard deviations, as far as the loss counts them.
-fn residuals(bundle: &Bundle, loss: Loss) -> Vec<Vec<Vec2>> {
+/// Residuals of each point's observations, in standard deviations, as far as the loss counts them.
+fn residuals(bundle: &Bundle, loss: Loss) -> Vec<Errors> {
     let mut ordered: Vec<&Observation> = bundle.observations.iter().collect();
     ordered.sort_by_key(|o| o.frame);
     let mut tracks = vec![Vec::new(); bundle.points.len()];
     for o in ordered {
         let at = bundle.camera.project(&bundle.poses[o.frame].apply(&bundle.points[o.point]));
         let Some(residual) = at.map(|at| (at - o.pixel) / o.sigma_px) else { continue };
-        tracks[o.point].push(residual * loss.evaluate(residual.norm_squared()).1.sqrt());
+        tracks[o.point].push((o.frame, residual * loss.evaluate(residual.norm_squared()).1.sqrt()));
     }
     tracks
 }
 
 /// Number of frames over which errors stay correlated: 1 plus twice the correlations at all lags until they vanish.
-fn correlation_time(tracks: &[Vec<Vec2>]) -> f64 {
+fn correlation_time(tracks: &[Errors]) -> f64 {
     let longest = tracks.iter().map(Vec::len).max().unwrap_or(0);
     let moment = |lag: usize| {
         let pairs = tracks.iter().flat_map(|track| track.iter().zip(track.iter().skip(lag)));
-        let (sum, count) = pairs.fold((0.0, 0_usize), |(sum, count), (a, b)| (sum + a.dot(b), count + 1));
+        let (sum, count) = pairs.fold((0.0, 0_usize), |(sum, count), ((_, a), (_, b))| (sum + a.dot(b), count + 1));
         sum / count.max(1) as f64
     };
     let variance = moment(0);
@@ -51,6 +59,46 @@ fn correlation_time(tracks: &[Vec<Vec2>]) -> f64 {
     }
     let correlations = (1..longest).map(|lag| moment(lag) / variance);
     1.0 + 2.0 * correlations.take_while(|correlation| *correlation > INDEPENDENT).sum::<f64>()
+}
+
+/// Number of points over which errors of one frame stay correlated: 1 plus the correlations with the nearest neighbour, the second
+/// nearest and so on, until they vanish; a neighbour that a frame does not see counts nothing.
+fn correlated_points(bundle: &Bundle, tracks: &[Errors]) -> f64 {
+    let seen: Vec<usize> = (0..tracks.len()).filter(|&point| !tracks[point].is_empty()).collect();
+    let neighbours: Vec<Vec<usize>> = seen.par_iter().map(|&point| by_distance(bundle, point, &seen)).collect();
+    let variance: f64 = seen.iter().flat_map(|&point| &tracks[point]).map(|(_, error)| error.norm_squared()).sum();
+    if variance <= 0.0 {
+        return 1.0;
+    }
+    let correlation = |rank: usize| {
+        let products: Vec<f64> = seen
+            .par_iter()
+            .zip(&neighbours)
+            .map(|(&point, others)| product(&tracks[point], &tracks[others[rank]]))
+            .collect();
+        products.iter().sum::<f64>() / variance
+    };
+    let ring = |first: usize| (first..(first + RING).min(seen.len() - 1)).map(correlation).sum::<f64>();
+    let rings = (0..seen.len() - 1).step_by(RING).map(ring);
+    1.0 + rings.take_while(|sum| *sum > INDEPENDENT * RING as f64).sum::<f64>()
+}
+
+/// All other points that are seen, the nearest first.
+fn by_distance(bundle: &Bundle, point: usize, seen: &[usize]) -> Vec<usize> {
+    let distance = |other: usize| (bundle.points[other] - bundle.points[point]).norm_squared();
+    let mut others: Vec<usize> = seen.iter().copied().filter(|&other| other != point).collect();
+    others.sort_by(|a, b| distance(*a).total_cmp(&distance(*b)));
+    others
+}
+
+/// Sum of the products of two points' errors in the frames that see both.
+fn product(a: &Errors, b: &Errors) -> f64 {
+    let (mut sum, mut others) = (0.0, b.iter().peekable());
+    for (frame, error) in a {
+        while others.next_if(|(other, _)| other < frame).is_some() {}
+        sum += others.peek().filter(|(other, _)| other == frame).map_or(0.0, |(_, other)| error.dot(other));
+    }
+    sum
 }
 
 #[cfg(test)]
@@ -86,6 +134,32 @@ mod tests {
         }
         let found = variance_inflation(&seen(0.0, 0.6), Loss::Squared);
         assert!((found / 9.0 - 1.0).abs() < 0.15, "{found} for three times the noise");
+    }
+
+    /// Points in the plane before the camera in so many groups apart from each other, whose points err alike.
+    fn grouped(groups: usize, size: usize) -> Bundle {
+        let alone = seen(0.0, 0.2);
+        let middle = |group: usize| 0.01 * Vec3::new((group % 6) as f64, (group / 6) as f64, 50.0);
+        let place = |point: usize| middle(point / size) + 1e-4 * Vec3::new((point % size) as f64, 0.0, 0.0);
+        let points: Vec<Vec3> = (0..groups * size).map(place).collect();
+        let mut random = Random::new(4);
+        let mut observations = Vec::new();
+        for frame in 0..alone.poses.len() {
+            let errors: Vec<Vec2> = (0..groups).map(|_| random.normal2(0.2)).collect();
+            for (point, place) in points.iter().enumerate() {
+                let pixel = alone.camera.project(place).unwrap() + errors[point / size];
+                observations.push(Observation { frame, point, pixel, sigma_px: 0.2 });
+            }
+        }
+        Bundle { points, observations, ..alone }
+    }
+
+    #[test]
+    fn neighbours_that_err_alike_count_as_one_point() {
+        for size in [1, 3, 10] {
+            let found = variance_inflation(&grouped(30, size), Loss::Squared);
+            assert!((found / size as f64 - 1.0).abs() < 0.15, "{found} for groups of {size}");
+        }
     }
 
     #[test]
