@@ -98,20 +98,29 @@ impl CameraSource {
 /// What the focal length of a phone or a webcam is, in longer sides of the picture, and the deviation of its logarithm: webcams have 0.75 to
 /// 1.1, phones that film 0.8 to 1.3, twice that with the longer lens; points soon outweigh it.
 const FOCAL: (f64, f64) = (1.1, 0.35);
+/// Standard deviations between EXIF's focal length and that of the head's motion beyond which EXIF is wrong.
+const EXIF_CONTRADICTION: f64 = 3.0;
 /// Standard deviation of the principal point of cameras about the middle of the picture, in longer sides.
 const PRINCIPAL_POINT_SIGMA: f64 = 0.012;
 /// The radial distortion `k1` of cameras, and its deviation: phones straighten what they film, a compact camera has 0.02, webcams −0.1 to
 /// −0.25 (BoofCV's calibration sets), and hardly any lens bends the other way.
 const DISTORTION: (f64, f64) = (-0.06, 0.1);
 
-/// What is known of the focal length before anything moves; `None` for a calibrated one.
-pub(crate) fn focal_prior(sourced: &SourcedCamera) -> Option<FocalPrior> {
-    let camera = &sourced.camera;
-    match sourced.source {
-        CameraSource::Board => None,
-        CameraSource::Exif => Some(FocalPrior { focal_px: camera.fx, log_sigma: sourced.source.focal_sigma() }),
-        CameraSource::Estimated => Some(FocalPrior { focal_px: FOCAL.0 * longer(camera), log_sigma: FOCAL.1 }),
-    }
+/// What is known of the focal length of any camera before anything moves.
+pub(crate) fn usual_focal(camera: &Camera) -> FocalPrior {
+    FocalPrior { focal_px: FOCAL.0 * longer(camera), log_sigma: FOCAL.1 }
+}
+
+/// What is said where the head's motion contradicts the focal length that EXIF tells: the picture is a part of the one that the camera took,
+/// or the tag is another lens's.
+pub(crate) fn exif_contradiction(exif_px: f64, found_px: f64, sigma_px: f64) -> Option<String> {
+    let sigma = CameraSource::Exif.focal_sigma().hypot(sigma_px / found_px);
+    ((found_px / exif_px).ln().abs() > EXIF_CONTRADICTION * sigma).then(|| {
+        format!(
+            "the pictures' EXIF data tell a focal length of {exif_px:.0} px, but the head moves as with {found_px:.0} ± {sigma_px:.0} px, which \
+             was taken: they have been cropped, or come from another lens. For true proportions calibrate with a board"
+        )
+    })
 }
 
 /// What is known of a lens that nobody has calibrated.

@@ -22,7 +22,7 @@ mod rig;
 mod rigid;
 mod scale;
 
-use crate::camera::{focal_prior, lens_prior, usual_lens};
+use crate::camera::{exif_contradiction, lens_prior, usual_focal, usual_lens};
 use crate::clock::Clock;
 use crate::faces::{LANDMARK_SIGMA_RAD, check_turn};
 use crate::patches::threshold_px;
@@ -31,7 +31,7 @@ use clap::Args;
 pub(crate) use films::{Rig, solve_on_films};
 use geometry::{Camera, Progress, Transform};
 pub use head_motion::{FrameMotion, HeadMotion, PointMotion, Roughness};
-use motion::bundle::PointPrior;
+use motion::bundle::{FocalPrior, PointPrior};
 use motion::sequence::{PointTrack, Sequence, SequenceOptions, Sighting, reconstruct_sequence};
 pub use rig::{RigTracks, solve_motion_on_rig};
 use rigid::{Judged, judge};
@@ -106,7 +106,7 @@ pub fn solve_motion(
     let mut clock = Clock::start();
     let camera = usual_lens(known_or_tracked(camera, tracks)?);
     check(tracks, options)?;
-    let problem = Problem::new(tracks, camera);
+    let mut problem = Problem::new(tracks, camera);
     let refine = problem.options.refine_focal;
     let [before, lens, after] = progress.split(if refine { &PARTS } else { &CALIBRATED });
     let skin: Vec<bool> = tracks.tracks.iter().map(|track| track.region == Region::Skin).collect();
@@ -115,7 +115,7 @@ pub fn solve_motion(
     clock.lap("skin");
     if refine {
         let placed: Vec<bool> = judged.iter().map(|judged| *judged != Judged::Lost).collect();
-        found = problem.solve(&placed, Round::Lens(&found), &lens)?;
+        found = problem.lens(&placed, &found, &lens)?;
         judged = judge(&problem.tracks, &found, problem.options.threshold_px);
         clock.lap("lens");
     }
@@ -190,7 +190,7 @@ impl Problem {
             initial_sigma_m: LANDMARK_SIGMA_M,
             threshold_px: threshold_px(&poses, &camera.camera),
             refine_focal: camera.source != CameraSource::Board,
-            focal_prior: focal_prior(&camera),
+            focal_prior: Some(usual_focal(&camera.camera)),
             lens_prior: lens_prior(&camera),
             point_priors: point_priors(tracks),
             ..SequenceOptions::default()
@@ -210,6 +210,28 @@ impl Problem {
         Ok(reconstruct_sequence(&tracks, &camera, &options, progress)?)
     }
 
+    /// For the focal length: that which EXIF tells helps unless the head's motion contradicts it.
+    fn lens(
+        &mut self,
+        takes_part: &[bool],
+        before: &Sequence,
+        progress: &Progress,
+    ) -> Result<Sequence, FacewrightError> {
+        if self.camera.source != CameraSource::Exif {
+            return self.solve(takes_part, Round::Lens(before), progress);
+        }
+        let [alone, with_exif] = progress.split(&[1.0, 1.0]);
+        let found = self.solve(takes_part, Round::Lens(before), &alone)?;
+        let (exif_px, sigma_px) = (self.camera.camera.fx, found.focal_sigma_px.unwrap_or(0.0));
+        if exif_contradiction(exif_px, found.camera.fx, sigma_px).is_some() {
+            self.camera.source = CameraSource::Estimated;
+            return Ok(found);
+        }
+        let log_sigma = CameraSource::Exif.focal_sigma();
+        self.options.focal_prior = Some(FocalPrior { focal_px: exif_px, log_sigma });
+        self.solve(takes_part, Round::Lens(&found), &with_exif)
+    }
+
     fn round(&self, round: Round<'_>) -> (SequenceOptions, Camera) {
         let options = SequenceOptions { initial_poses: Some(self.poses.clone()), ..self.options.clone() };
         let poses = |of: &Sequence| of.poses.iter().map(|pose| pose.as_ref().ok().copied()).collect::<Vec<_>>();
@@ -220,12 +242,8 @@ impl Problem {
             }
             Round::Lens(before) => (SequenceOptions { start_poses: Some(poses(before)), ..options }, before.camera),
             Round::Last(before) => {
-                let start = poses(before);
-                // The landmarks' poses were found with another focal length.
-                let refined = || start.iter().zip(&self.poses).map(|(pose, landmarks)| pose.or(*landmarks)).collect();
-                let initial = if options.refine_focal { refined() } else { self.poses.clone() };
-                let (initial_poses, start_poses) = (Some(initial), Some(start));
-                (SequenceOptions { initial_poses, start_poses, refine_focal: false, ..options }, before.camera)
+                let options = SequenceOptions { start_poses: Some(poses(before)), refine_focal: false, ..options };
+                (options, before.camera)
             }
         }
     }

@@ -5,7 +5,7 @@ use super::head_motion::{FrameMotion, HeadMotion, PointMotion, Roughness};
 use super::rigid::{Judged, place};
 use super::scale::{Size, by_landmarks, by_lengths};
 use super::{MotionOptions, Problem};
-use crate::camera::part_of_picture;
+use crate::camera::{exif_contradiction, part_of_picture};
 use crate::clock::Clock;
 use crate::faces::median;
 use crate::reason::{brief, tally};
@@ -184,6 +184,9 @@ fn warnings(
                  turn further, come nearer, or calibrate with a board"
             ));
         }
+    }
+    if let Some(sigma_px) = focal_sigma_px.filter(|_| tracks.camera.source == CameraSource::Exif) {
+        warnings.extend(exif_contradiction(tracks.camera.camera.fx, motion.camera.fx, sigma_px));
     }
     warnings.extend(part_of_picture(&motion.camera).filter(|_| motion.is_lens_free));
     if !motion.anchored {
