@@ -4,6 +4,7 @@ use crate::{FacewrightError, FrameSet};
 use geometry::{Camera, Vec2};
 use motion::bundle::{FocalPrior, LensPrior};
 use serde::{Deserialize, Serialize};
+use std::f64::consts::FRAC_1_SQRT_2;
 
 /// Where the camera's numbers come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -98,8 +99,6 @@ impl CameraSource {
 /// What the focal length of a phone or a webcam is, in longer sides of the picture, and the deviation of its logarithm: webcams have 0.75 to
 /// 1.1, phones that film 0.8 to 1.3, twice that with the longer lens; points soon outweigh it.
 const FOCAL: (f64, f64) = (1.1, 0.35);
-/// Standard deviations between EXIF's focal length and that of the head's motion beyond which EXIF is wrong.
-const EXIF_CONTRADICTION: f64 = 3.0;
 /// Standard deviation of the principal point of cameras about the middle of the picture, in longer sides.
 const PRINCIPAL_POINT_SIGMA: f64 = 0.012;
 /// The radial distortion `k1` of cameras, and its deviation: phones straighten what they film, a compact camera has 0.02, webcams −0.1 to
@@ -109,18 +108,6 @@ const DISTORTION: (f64, f64) = (-0.06, 0.1);
 /// What is known of the focal length of any camera before anything moves.
 pub(crate) fn usual_focal(camera: &Camera) -> FocalPrior {
     FocalPrior { focal_px: FOCAL.0 * longer(camera), log_sigma: FOCAL.1 }
-}
-
-/// What is said where the head's motion contradicts the focal length that EXIF tells: the picture is a part of the one that the camera took,
-/// or the tag is another lens's.
-pub(crate) fn exif_contradiction(exif_px: f64, found_px: f64, sigma_px: f64) -> Option<String> {
-    let sigma = CameraSource::Exif.focal_sigma().hypot(sigma_px / found_px);
-    ((found_px / exif_px).ln().abs() > EXIF_CONTRADICTION * sigma).then(|| {
-        format!(
-            "the pictures' EXIF data tell a focal length of {exif_px:.0} px, but the head moves as with {found_px:.0} ± {sigma_px:.0} px, which \
-             was taken: they have been cropped, or come from another lens. For true proportions calibrate with a board"
-        )
-    })
 }
 
 /// What is known of a lens that nobody has calibrated.
@@ -143,6 +130,33 @@ pub(crate) fn usual_lens(sourced: SourcedCamera) -> SourcedCamera {
         }
         _ => sourced,
     }
+}
+
+/// A focal length is mostly one that cameras usually have, and not one that the points found, where its logarithm's deviation is more than
+/// this: the points alone tell it less well than [`FOCAL`] then.
+pub(crate) const UNTOLD_SIGMA: f64 = FRAC_1_SQRT_2 * FOCAL.1;
+
+/// Whether a refined focal length of this relative deviation is mostly what cameras usually have: so uncertain, and not where hardly any camera
+/// has its own, to which points alone can have led it.
+pub(crate) fn is_usual_focal(refined: &SourcedCamera, relative_sigma: f64) -> bool {
+    let off = (refined.camera.fx / (FOCAL.0 * longer(&refined.camera))).ln();
+    refined.source == CameraSource::Estimated && relative_sigma > UNTOLD_SIGMA && off.abs() <= 2.0 * FOCAL.1
+}
+
+/// Standard deviations, EXIF's and the points' together, beyond which the two contradict one another.
+const CONTRADICTION: f64 = 3.0;
+
+/// What is said of a focal length of EXIF's where the points found another one, of this deviation in pixels.
+pub(crate) fn contradicted_exif(told: &SourcedCamera, focal: f64, sigma: f64) -> Option<String> {
+    let apart = (focal / told.camera.fx).ln().abs();
+    let both = told.source.focal_sigma().hypot(sigma / focal);
+    (told.source == CameraSource::Exif && apart > CONTRADICTION * both).then(|| {
+        format!(
+            "EXIF tells a focal length of about {:.0} px, and the head's turn one of {focal:.0} ± {sigma:.0} px, which was taken: calibrate \
+             with a board for true proportions",
+            told.camera.fx
+        )
+    })
 }
 
 /// What is said of a lens that nobody has calibrated and whose middle the points found elsewhere than the picture's.
@@ -168,6 +182,41 @@ fn longer(camera: &Camera) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_focal_length_far_from_what_cameras_have_was_found_however_uncertain() {
+        let with = |focal: f64, source| SourcedCamera { camera: Camera::centred(1000, 600, focal), source };
+        assert!(is_usual_focal(&with(1100.0, CameraSource::Estimated), 0.25));
+        assert!(is_usual_focal(&with(600.0, CameraSource::Estimated), 0.25));
+        assert!(!is_usual_focal(&with(1100.0, CameraSource::Estimated), 0.24));
+        assert!(
+            !is_usual_focal(&with(300.0, CameraSource::Estimated), 0.5),
+            "as of a face in the middle of a large picture"
+        );
+        assert!(!is_usual_focal(&with(1100.0, CameraSource::Exif), 0.25));
+    }
+
+    #[test]
+    fn exif_is_contradicted_beyond_three_deviations_of_both() {
+        let told = |source| SourcedCamera { camera: Camera::centred(1000, 600, 1000.0), source };
+        let said = contradicted_exif(&told(CameraSource::Exif), 500.0, 20.0).unwrap();
+        assert!(said.contains("1000 px") && said.contains("500 ± 20 px") && said.contains("a board"), "{said}");
+        assert!(
+            contradicted_exif(&told(CameraSource::Exif), 1200.0, 24.0).is_some(),
+            "0.18 from one another, 0.16 is three deviations"
+        );
+        assert_eq!(contradicted_exif(&told(CameraSource::Exif), 1150.0, 24.0), None);
+        assert_eq!(contradicted_exif(&told(CameraSource::Exif), 500.0, 150.0), None, "the turn hardly tells it");
+        assert_eq!(contradicted_exif(&told(CameraSource::Estimated), 500.0, 20.0), None);
+    }
+
+    #[test]
+    fn a_part_of_a_picture_is_said_with_where_its_lens_is_and_a_whole_one_is_not() {
+        let whole = Camera::centred(640, 480, 500.0);
+        assert_eq!(part_of_picture(&whole), None);
+        let said = part_of_picture(&Camera { cx: whole.cx + 128.0, cy: whole.cy - 48.0, ..whole }).unwrap();
+        assert!(said.contains("20 % of the width and 10 % of the height") && said.contains("film the whole"), "{said}");
+    }
 
     #[test]
     fn a_lens_that_no_camera_has_is_refused_and_wide_ones_are_not() {

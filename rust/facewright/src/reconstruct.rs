@@ -1,7 +1,7 @@
 //! The whole path: faces → track → motion → shape → rest → features → eyes → keys → texture → result, each the same function that its
 //! own command runs.
 
-use crate::camera::{exif_contradiction, part_of_picture, starting_camera};
+use crate::camera::{contradicted_exif, part_of_picture, starting_camera};
 use crate::clock::Clock;
 use crate::faces::{Clip, Known, KnownHead, median};
 use crate::head::{Measured, MeasuredFrame, eyes, paper, rest, shape};
@@ -162,7 +162,8 @@ pub(crate) fn run(
     let skin = make_textures(&clip, &measured, options.texture_size, options.method, &texturing)?;
     clock.lap("texture");
     let landmarks = crate::head::landmarks68(head, &measured.positions);
-    let source = wrong_exif(&clip, &measured).map_or(sourced.source, |_| CameraSource::Estimated);
+    let wrong_exif = measured.focal_sigma_px.and_then(|sigma| contradicted_exif(&sourced, measured.camera.fx, sigma));
+    let source = wrong_exif.map_or(sourced.source, |_| CameraSource::Estimated);
     let fit = fit_report(&clip, &measured, &eyes.fits);
     let judged = Judged { clip: &clip, measured: &measured, skin: &skin, fit: &fit, method: options.method, source };
     let quality = judge(&judged)?;
@@ -180,7 +181,7 @@ pub(crate) fn run(
         fit,
         texture: skin.report,
         timings_s: clock.finish(),
-        warnings: warnings(&clip, source, &measured, skin.warnings, &quality),
+        warnings: warnings(&clip, &sourced, &measured, skin.warnings, &quality),
         quality: Some(quality),
     };
     let mut result = Reconstruction::on(head, measured.positions, keys, report);
@@ -296,24 +297,20 @@ fn sharpen(
     Ok(sharp)
 }
 
-/// What is said of a focal length that EXIF tells, and the head's motion contradicts.
-fn wrong_exif(clip: &Clip, measured: &Measured) -> Option<String> {
-    let (exif_px, sigma_px) = clip.frames.exif_focal.zip(measured.focal_sigma_px)?;
-    exif_contradiction(exif_px, measured.camera.fx, sigma_px)
-}
-
 /// What the artist should know.
 fn warnings(
     clip: &Clip,
-    source: CameraSource,
+    sourced: &SourcedCamera,
     measured: &Measured,
     of_texture: Vec<String>,
     quality: &Quality,
 ) -> Vec<String> {
     let mut warnings = clip.faces.warnings();
-    warnings.extend(measured.focal_sigma_px.map_or_else(|| camera_warning(source), |_| None));
-    warnings.extend(wrong_exif(clip, measured));
-    warnings.extend(part_of_picture(&measured.camera).filter(|_| source != CameraSource::Board));
+    warnings.extend(match measured.focal_sigma_px {
+        Some(sigma) => contradicted_exif(sourced, measured.camera.fx, sigma),
+        None => camera_warning(sourced.source),
+    });
+    warnings.extend(part_of_picture(&measured.camera).filter(|_| sourced.source != CameraSource::Board));
     warnings.extend(measured.warnings.iter().cloned());
     warnings.extend(of_texture);
     warnings.extend(quality.unusual().map(|measure| measure.sentence.clone()));

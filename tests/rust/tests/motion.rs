@@ -5,12 +5,13 @@
 use end_to_end::truth::Truth;
 use end_to_end::{assets, clip};
 use facewright::{
-    Assets, CalibrateOptions, FacewrightError, FrameSet, HeadMotion, KnownLength, MotionOptions, PointObservation,
-    PointTrack, ReasonKind, Region, SizeOptions, SourcedCamera, TrackClipOptions, Tracks, calibrate, solve_motion,
-    track,
+    Assets, CalibrateOptions, CameraSource, FacewrightError, FrameSet, HeadMotion, KnownLength, MotionOptions,
+    PointObservation, PointTrack, ReasonKind, Region, SizeOptions, SourcedCamera, TrackClipOptions, Tracks, calibrate,
+    solve_motion, track,
 };
 use geometry::mesh::closest_barycentric;
-use geometry::{Progress, Similarity, Transform, Vec2, Vec3};
+use geometry::{Camera, Progress, Similarity, Transform, Vec2, Vec3};
+use nalgebra::Rotation3;
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -110,8 +111,8 @@ fn every_frame_of_the_film_is_posed_and_the_points_lie_on_the_head() {
 
 /// The same tracks with a camera of which nothing is known.
 fn estimated(mut tracks: Tracks) -> Tracks {
-    let camera = geometry::Camera::centred(400, 300, 400.0);
-    tracks.camera = SourcedCamera { camera, source: facewright::CameraSource::Estimated };
+    let camera = Camera::centred(400, 300, 400.0);
+    tracks.camera = SourcedCamera { camera, source: CameraSource::Estimated };
     tracks
 }
 
@@ -125,24 +126,119 @@ fn without_a_board_the_focal_length_is_within_what_is_said_of_it() {
     assert!((focal - FILM.truth.camera.fx).abs() < 2.0 * sigma && sigma < 0.1 * focal);
 }
 
-#[test]
-fn a_narrow_turn_says_that_it_hardly_knows_the_focal_length() {
-    let mut tracks = estimated(FILM.tracks.clone());
-    let narrow = |frame: usize| FILM.truth.yaw_deg[frame].abs() < 5.0;
+/// The tracks of the frames that are turned by less than this, degrees.
+fn narrowed(tracks: &Tracks, degrees: f64) -> Tracks {
+    let mut tracks = tracks.clone();
+    let narrow = |frame: usize| FILM.truth.yaw_deg[frame].abs() < degrees;
     for track in &mut tracks.tracks {
         track.observations.retain(|o| narrow(o.frame));
         track.reference = track.observations.first().map_or(0, |o| o.frame);
     }
     tracks.tracks.retain(|track| track.observations.len() > 2);
     (0..tracks.frames.len()).filter(|&k| !narrow(k)).for_each(|k| tracks.frames[k].cam_from_head = None);
-    let (motion, whole) = (solved(&tracks), solved(&estimated(FILM.tracks.clone())));
+    tracks
+}
+
+fn of_focal_length(motion: &HeadMotion) -> Option<&str> {
+    motion.warnings.iter().map(String::as_str).find(|warning| warning.contains("focal length"))
+}
+
+#[test]
+fn a_narrow_turn_says_that_it_hardly_knows_the_focal_length() {
+    let motion = solved(&narrowed(&estimated(FILM.tracks.clone()), 5.0));
+    let whole = solved(&estimated(FILM.tracks.clone()));
     let (focal, sigma) = (motion.camera.camera.fx, motion.focal_sigma_px.unwrap());
     eprintln!("narrow turn: {focal:.1} ± {sigma:.1} px");
     // A single film: three deviations.
     assert!((focal - FILM.truth.camera.fx).abs() < 3.0 * sigma);
-    let (whole, vague) =
-        (whole.focal_sigma_px.unwrap(), motion.warnings.iter().any(|w| w.contains("poorly determined")));
-    assert!(sigma > 1.2 * whole && vague, "{sigma} against {whole}: {:?}", motion.warnings);
+    let (whole, said) = (whole.focal_sigma_px.unwrap(), of_focal_length(&motion).unwrap_or_default());
+    assert!(sigma > 1.2 * whole && said.contains("poorly determined"), "{sigma} against {whole}: {said}");
+}
+
+/// Tracks that err by half a pixel each, as those of a soft film.
+fn soft(mut tracks: Tracks) -> Tracks {
+    for (k, track) in tracks.tracks.iter_mut().enumerate() {
+        for o in &mut track.observations {
+            let phase = 1.7 * k as f64 + 3.1 * o.frame as f64 + 0.37 * (k * k) as f64;
+            o.pixel += 0.8 * Vec2::new(phase.sin(), (1.3 * phase + 1.0).cos());
+            o.sigma_px = o.sigma_px.max(0.6);
+        }
+    }
+    tracks
+}
+
+#[test]
+fn a_turn_that_cannot_tell_the_focal_length_takes_what_cameras_have_and_says_so() {
+    let whole = solved(&estimated(FILM.tracks.clone()));
+    assert_eq!(of_focal_length(&whole), None, "a good film's turn tells it");
+    let motion = solved(&soft(narrowed(&estimated(FILM.tracks.clone()), 5.0)));
+    let (focal, sigma) = (motion.camera.camera.fx, motion.focal_sigma_px.unwrap());
+    eprintln!("soft narrow turn: {focal:.1} ± {sigma:.1} px");
+    // The posterior deviation is more than half of that of what cameras have.
+    assert!(sigma > 0.175 * focal && (focal - FILM.truth.camera.fx).abs() < 2.0 * sigma, "{focal} ± {sigma}");
+    let said = of_focal_length(&motion).unwrap_or_default();
+    assert!(said.contains("mostly what cameras usually have") && said.contains("EXIF"), "{said}");
+}
+
+/// The same tracks with a focal length of which EXIF says that it is so many times the true one.
+fn from_exif(mut tracks: Tracks, times: f64) -> Tracks {
+    let camera = Camera::centred(400, 300, times * FILM.truth.camera.fx);
+    tracks.camera = SourcedCamera { camera, source: CameraSource::Exif };
+    tracks
+}
+
+#[test]
+fn exif_helps_where_it_is_true() {
+    let narrow = narrowed(&FILM.tracks, 5.0);
+    let [told, untold] = [from_exif(narrow.clone(), 1.0), estimated(narrow)].map(|tracks| solved(&tracks));
+    let off = |motion: &HeadMotion| (motion.camera.camera.fx / FILM.truth.camera.fx - 1.0).abs();
+    eprintln!("narrow turn: {:.3} off with EXIF, {:.3} without", off(&told), off(&untold));
+    assert!(off(&told) < 0.06 && off(&told) < off(&untold), "{} with, {} without", off(&told), off(&untold));
+    assert!(told.focal_sigma_px.unwrap() < untold.focal_sigma_px.unwrap());
+    assert_eq!(of_focal_length(&told), None);
+    let whole = solved(&from_exif(FILM.tracks.clone(), 1.0));
+    assert!(off(&whole) < 0.04 && of_focal_length(&whole).is_none(), "{} {:?}", off(&whole), whole.warnings);
+}
+
+#[test]
+fn points_that_contradict_exif_decide_and_it_is_said() {
+    let truth = FILM.truth.camera.fx;
+    for times in [0.5, 1.5, 2.0] {
+        let motion = solved(&from_exif(FILM.tracks.clone(), times));
+        let (focal, sigma) = (motion.camera.camera.fx, motion.focal_sigma_px.unwrap());
+        let said = of_focal_length(&motion).unwrap_or_default();
+        eprintln!("EXIF {times} times: {focal:.1} ± {sigma:.1} px");
+        assert!((focal / truth - 1.0).abs() < 0.06 && (focal - truth).abs() < 2.0 * sigma, "{focal} ± {sigma}");
+        for number in [format!("{:.0} px", times * truth), format!("{focal:.0} ± {sigma:.0} px")] {
+            assert!(said.starts_with("EXIF tells") && said.contains(&number), "no {number} in: {said}");
+        }
+    }
+}
+
+/// The film as a camera shows it that is turned aside, with the wide lens of a larger picture: what is filmed and from where stays.
+fn aside(degrees: f64) -> (Tracks, Vec<Transform>, Camera) {
+    let (mut tracks, wide) = (FILM.tracks.clone(), Camera::centred(1000, 600, FILM.truth.camera.fx));
+    let turn = Transform::new(Rotation3::new(Vec3::y() * degrees.to_radians()), Vec3::zeros());
+    for o in tracks.tracks.iter_mut().flat_map(|track| &mut track.observations) {
+        o.pixel = wide.project(&turn.apply(&FILM.truth.camera.ray(&o.pixel))).unwrap();
+    }
+    tracks.frames.iter_mut().filter_map(|frame| frame.cam_from_head.as_mut()).for_each(|pose| *pose = turn * *pose);
+    let guess = Camera::centred(wide.width, wide.height, 0.85 * f64::from(wide.width));
+    tracks.camera = SourcedCamera { camera: guess, source: CameraSource::Estimated };
+    (tracks, FILM.truth.poses.iter().map(|pose| turn * *pose).collect(), wide)
+}
+
+#[test]
+fn a_head_far_from_the_axis_of_a_wide_lens_is_right_and_the_picture_a_whole_one() {
+    for degrees in [20.0, -20.0] {
+        let (tracks, truth, wide) = aside(degrees);
+        let motion = solved(&tracks);
+        let (focal, (turn, shift)) = (motion.camera.camera.fx, pose_errors(&motion, &truth));
+        let said = format!("{focal:.1} px of {}, {turn:.3} degrees, {:.3} %", wide.fx, 100.0 * shift);
+        eprintln!("{degrees}° aside: {said}");
+        assert!((focal / wide.fx - 1.0).abs() < 0.08 && turn <= 0.3 && shift <= 0.005, "{said}");
+        assert_eq!(motion.warnings, Vec::<String>::new());
+    }
 }
 
 #[test]

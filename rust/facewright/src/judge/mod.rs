@@ -12,11 +12,12 @@ mod range;
 mod silhouette;
 mod stretch;
 
+use crate::camera::is_usual_focal;
 use crate::faces::{Clip, median, yaw_pitch};
 use crate::head::Measured;
 use crate::head::regions::{self, Region};
 use crate::texture::Skin;
-use crate::{CameraSource, ErrorGroup, FacewrightError, FitReport, Measure, Method, Quality};
+use crate::{CameraSource, ErrorGroup, FacewrightError, FitReport, Measure, Method, Quality, SourcedCamera};
 use geometry::Vec3;
 use head::GenericHead;
 use range::Range;
@@ -186,16 +187,28 @@ fn fit(judged: &Judged) -> Vec<Measure> {
             judged.reshape(),
         ),
     ];
-    if let Some(sigma) = measured.focal_sigma_px {
-        let percent = 100.0 * sigma / measured.camera.fx;
-        let found = format!("the focal length was found with the head's motion, and is uncertain by {percent:.0} %");
-        measures.push(range::FOCAL.measure(
-            percent,
-            found,
-            "turn the head further, or calibrate the camera with a board",
-        ));
-    }
+    let refined = SourcedCamera { camera: measured.camera, source: judged.source };
+    measures.extend(measured.focal_sigma_px.map(|sigma| focal(&refined, sigma)));
     measures
+}
+
+/// How well a focal length is known that nobody gave.
+fn focal(refined: &SourcedCamera, sigma_px: f64) -> Measure {
+    let relative = sigma_px / refined.camera.fx;
+    let percent = 100.0 * relative;
+    let (found, remedy) = match is_usual_focal(refined, relative) {
+        true => (
+            format!(
+                "the head's turn does not tell the focal length, which is mostly what cameras usually have, uncertain by {percent:.0} %"
+            ),
+            "turn the head further, calibrate the camera with a board, or take photographs whose EXIF tells the focal length",
+        ),
+        false => (
+            format!("the focal length was found with the head's motion, and is uncertain by {percent:.0} %"),
+            "turn the head further, or calibrate the camera with a board",
+        ),
+    };
+    range::FOCAL.measure(percent, found, remedy)
 }
 
 /// Points in each region of the face.
@@ -257,4 +270,26 @@ fn beyond(judged: &Judged, percent: f64) -> Measure {
 fn overlaid(correlation: f64) -> Measure {
     let found = format!("drawn over frames that it was not made of, the head correlates with them by {correlation:.2}");
     range::OVERLAY.measure(correlation, found, "look at it over the frames with `facewright overlay`")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geometry::Camera;
+
+    #[test]
+    fn a_focal_length_that_the_turn_does_not_tell_is_warned_of_as_that_of_cameras() {
+        let focal =
+            |source, sigma_px| focal(&SourcedCamera { camera: Camera::centred(900, 600, 1000.0), source }, sigma_px);
+        let found = focal(CameraSource::Estimated, 240.0);
+        assert!(found.is_usual() && found.sentence.contains("found with the head's motion"), "{}", found.sentence);
+        let prior = focal(CameraSource::Estimated, 250.0);
+        let said = &prior.sentence;
+        assert!(
+            !prior.is_usual() && said.contains("mostly what cameras usually have") && said.contains("EXIF"),
+            "{said}"
+        );
+        let exif = focal(CameraSource::Exif, 250.0);
+        assert!(!exif.is_usual() && exif.sentence.contains("found with the head's motion"), "{}", exif.sentence);
+    }
 }

@@ -30,6 +30,7 @@
 //! 1.3 times as deep as broad; the others are 1.3 to 1.4 times. It turns little, but 10° to 20° of the films of the scan give theirs to 4 %
 //! without a board.
 
+use crate::camera::UNTOLD_SIGMA;
 use crate::faces::COVERED;
 use crate::{Bounds, Measure};
 
@@ -67,7 +68,7 @@ impl Range {
 }
 
 fn usually(range: &Range) -> String {
-    let number = |value: f64| if value.abs() < 10.0 { format!("{value}") } else { format!("{value:.0}") };
+    let number = |value: f64| format!("{}", (10.0 * value).round() / 10.0);
     let unit = match range.unit {
         "" | "points" => String::new(),
         "deg" => "°".to_owned(),
@@ -127,8 +128,8 @@ pub const EYES_COVER: Range = range("eyes_cover", "times", at_most(COVERED.eyes_
 pub const LANDMARKS: Range = range("landmark_error", "% of the distance between the eyes", at_most(2.0, None));
 /// Soft webcams measure to 0.7 mm.
 pub const POINTS_APART: Range = range("point_distance", "mm", at_most(1.2, None));
-/// Beyond this a film tells less of it than what all cameras have, which is 35 %: turns of 13° tell it to a fifth.
-pub const FOCAL: Range = range("focal_deviation", "%", at_most(25.0, None));
+/// Turns of 13° tell it to a fifth; beyond this the film tells less of it than what cameras usually have does ([`UNTOLD_SIGMA`]).
+pub const FOCAL: Range = range("focal_deviation", "%", at_most(100.0 * UNTOLD_SIGMA, None));
 /// Without points a region's shape is that of the class.
 pub const FOREHEAD: Range = range("points_forehead", "points", at_least(3.0, None));
 /// See [`FOREHEAD`].
@@ -176,6 +177,7 @@ mod tests {
     #[test]
     fn ranges_without_an_end_are_said_so() {
         assert_eq!(usually(&NOSE), "usually at least 3");
+        assert_eq!(usually(&FOCAL), "usually at most 24.7 %");
         assert!(usually(&TURN).ends_with('°') && usually(&EARS).starts_with("usually at most"));
     }
 }

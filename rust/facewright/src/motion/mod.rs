@@ -22,7 +22,7 @@ mod rig;
 mod rigid;
 mod scale;
 
-use crate::camera::{exif_contradiction, lens_prior, usual_focal, usual_lens};
+use crate::camera::{contradicted_exif, lens_prior, usual_focal, usual_lens};
 use crate::clock::Clock;
 use crate::faces::{LANDMARK_SIGMA_RAD, check_turn};
 use crate::patches::threshold_px;
@@ -223,7 +223,7 @@ impl Problem {
         let [alone, with_exif] = progress.split(&[1.0, 1.0]);
         let found = self.solve(takes_part, Round::Lens(before), &alone)?;
         let (exif_px, sigma_px) = (self.camera.camera.fx, found.focal_sigma_px.unwrap_or(0.0));
-        if exif_contradiction(exif_px, found.camera.fx, sigma_px).is_some() {
+        if contradicted_exif(&self.camera, found.camera.fx, sigma_px).is_some() {
             self.camera.source = CameraSource::Estimated;
             return Ok(found);
         }

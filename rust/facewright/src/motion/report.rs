@@ -5,7 +5,7 @@ use super::head_motion::{FrameMotion, HeadMotion, PointMotion, Roughness};
 use super::rigid::{Judged, place};
 use super::scale::{Size, by_landmarks, by_lengths};
 use super::{MotionOptions, Problem};
-use crate::camera::{exif_contradiction, part_of_picture};
+use crate::camera::{contradicted_exif, is_usual_focal, part_of_picture};
 use crate::clock::Clock;
 use crate::faces::median;
 use crate::reason::{brief, tally};
@@ -176,17 +176,10 @@ fn warnings(
 ) -> Vec<String> {
     let mut warnings = tracks.warnings.clone();
     warnings.extend(without_pose(frames));
-    if problem.camera.source != CameraSource::Board {
-        let focal = motion.camera.fx;
-        if let Some(sigma) = focal_sigma_px.filter(|sigma| *sigma > VAGUE_FOCAL * focal) {
-            warnings.push(format!(
-                "the focal length, {focal:.0} ± {sigma:.0} px, is poorly determined and the head's depth with it: \
-                 turn further, come nearer, or calibrate with a board"
-            ));
-        }
-    }
-    if let Some(sigma_px) = focal_sigma_px.filter(|_| tracks.camera.source == CameraSource::Exif) {
-        warnings.extend(exif_contradiction(tracks.camera.camera.fx, motion.camera.fx, sigma_px));
+    if let Some(sigma) = focal_sigma_px {
+        let refined = SourcedCamera { camera: motion.camera, source: problem.camera.source };
+        warnings.extend(vague_focal(&refined, sigma));
+        warnings.extend(contradicted_exif(&tracks.camera, motion.camera.fx, sigma));
     }
     warnings.extend(part_of_picture(&motion.camera).filter(|_| motion.is_lens_free));
     if !motion.anchored {
@@ -194,6 +187,22 @@ fn warnings(
             .push("the tracks contradict the landmarks' poses: the head's own directions and size are guessed".into());
     }
     warnings
+}
+
+/// What is said of a focal length that the points tell only roughly, or not at all.
+fn vague_focal(refined: &SourcedCamera, sigma: f64) -> Option<String> {
+    let focal = refined.camera.fx;
+    let is_vague = refined.source != CameraSource::Board && sigma > VAGUE_FOCAL * focal;
+    is_vague.then(|| match is_usual_focal(refined, sigma / focal) {
+        true => format!(
+            "the head's turn does not tell the focal length: {focal:.0} ± {sigma:.0} px is mostly what cameras usually have, and the head's depth is \
+             uncertain with it: turn further, calibrate with a board, or take photographs whose EXIF tells the focal length"
+        ),
+        false => format!(
+            "the focal length, {focal:.0} ± {sigma:.0} px, is poorly determined and the head's depth with it: \
+             turn further, come nearer, or calibrate with a board"
+        ),
+    })
 }
 
 /// Frames without a pose, those together whose reasons are of one kind.
@@ -217,6 +226,7 @@ fn without_pose(frames: &[FrameMotion]) -> Vec<String> {
 mod tests {
     use super::*;
     use crate::ReasonKind;
+    use geometry::Camera;
 
     fn unposed(name: &str, reason: &str, reason_kind: Option<ReasonKind>) -> FrameMotion {
         FrameMotion {
@@ -229,6 +239,27 @@ mod tests {
             translation_sigma_mm: None,
             reprojection_rms_px: None,
             points: 0,
+        }
+    }
+
+    #[test]
+    fn a_focal_length_that_the_turn_does_not_tell_is_said_to_be_that_of_cameras() {
+        use CameraSource::{Board, Estimated, Exif};
+        for (source, sigma, words) in [
+            (Estimated, 90.0, ""),
+            (Estimated, 110.0, "1000 ± 110 px, is poorly determined"),
+            (Estimated, 247.0, "1000 ± 247 px, is poorly determined"),
+            // The points alone then tell it to 35 %, as what cameras have does.
+            (Estimated, 248.0, "1000 ± 248 px is mostly what cameras usually have"),
+            (Exif, 40.0, ""),
+            (Exif, 200.0, "is poorly determined"),
+            (Board, 200.0, ""),
+        ] {
+            let refined = SourcedCamera { camera: Camera::centred(900, 600, 1000.0), source };
+            let said = vague_focal(&refined, sigma).unwrap_or_default();
+            assert!(said.contains(words) && said.is_empty() == words.is_empty(), "{source:?} {sigma}: {said}");
+            let remedies = ["turn further", "a board", "EXIF"].map(|remedy| said.contains(remedy));
+            assert!(!said.contains("cameras usually") || remedies == [true; 3], "{said}");
         }
     }
 
