@@ -7,8 +7,8 @@ use facewright::{
     Assets, CameraSource, Faces, FrameSet, Given, Pixel, ReconstructOptions, Reconstruction, SourcedCamera, Verdict,
     find_faces, reconstruct,
 };
-use geometry::{Camera, Progress, Vec2};
-use image::{Rgb, RgbImage, imageops};
+use geometry::{Camera, Progress, Similarity, Vec2};
+use image::{Rgb, RgbImage, Rgba, imageops};
 use std::path::Path;
 use std::sync::LazyLock;
 use tempfile::TempDir;
@@ -23,6 +23,10 @@ static FACES: LazyLock<Faces> = LazyLock::new(|| {
     let frames = FrameSet::open(&[clip().join("frames")], &Progress::new()).unwrap();
     find_faces(&frames, &ASSETS, None, &Progress::new()).unwrap()
 });
+
+/// The head of the film as it is, of which no camera is given.
+static PLAIN: LazyLock<Reconstruction> =
+    LazyLock::new(|| made(film(PICTURES.iter().cloned()).path(), None, None).unwrap());
 
 fn face(i: usize) -> &'static Face {
     FACES.face(i).unwrap()
@@ -103,6 +107,91 @@ fn a_good_film_has_a_good_verdict_and_no_warning() {
 }
 
 #[test]
+fn a_good_film_without_a_board_has_no_warning_either() {
+    let head = &*PLAIN;
+    assert_eq!(head.report.warnings, Vec::<String>::new());
+    assert_eq!(head.report.quality.as_ref().unwrap().verdict, Verdict::Good);
+    let focal = head.report.camera.camera.fx;
+    assert!((focal / camera().camera.fx - 1.0).abs() < 0.06, "{focal}");
+}
+
+/// Median distance of the face's landmarks from those of the film as it is, after a similarity, millimetres.
+fn off_mm(head: &Reconstruction) -> f64 {
+    let [ours, plain] = [head, &*PLAIN].map(|head| ASSETS.head.landmarks(&head.positions));
+    let to_plain = Similarity::fit(&ours, &plain, None, true).unwrap();
+    let mut off: Vec<f64> = ours.iter().zip(&plain).map(|(a, b)| 1000.0 * (to_plain.apply(a) - b).norm()).collect();
+    off.sort_by(f64::total_cmp);
+    off[off.len() / 2]
+}
+
+/// The film as a window of a larger picture, whose upper left corner is there.
+fn window((width, height): (u32, u32), (left, top): (i64, i64)) -> TempDir {
+    film(PICTURES.iter().map(|picture| {
+        let mut screen = RgbImage::from_pixel(width, height, Rgb([120, 120, 115]));
+        imageops::replace(&mut screen, picture, left, top);
+        screen
+    }))
+}
+
+#[test]
+fn a_window_off_the_middle_of_a_recorded_screen_is_found_and_said() {
+    let head = made(window((1000, 600), (580, 40)).path(), None, None).unwrap();
+    let (found, off) = (head.report.camera.camera, off_mm(&head));
+    println!("principal point ({:.0}, {:.0}), {off:.2} mm off", found.cx, found.cy);
+    assert!(off <= 0.7 && (found.fx / camera().camera.fx - 1.0).abs() < 0.08, "{off} mm, {}", found.fx);
+    let said = &head.report.warnings;
+    assert!(said.iter().any(|w| w.contains("the picture is a part of a larger one")), "{said:?}");
+}
+
+#[test]
+fn a_short_focal_length_in_the_middle_of_a_large_picture_is_found() {
+    let head = made(window((1920, 1080), (760, 390)).path(), None, None).unwrap();
+    let (focal, off) = (head.report.camera.camera.fx, off_mm(&head));
+    println!("focal length {focal:.1} px, {off:.2} mm off");
+    assert!(off <= 0.7 && (focal / camera().camera.fx - 1.0).abs() < 0.06, "{off} mm, {focal} px");
+    let said = &head.report.warnings;
+    let wrong = ["part of a larger", "what cameras usually have", "more light"];
+    assert!(!said.iter().any(|warning| wrong.iter().any(|words| warning.contains(words))), "{said:?}");
+}
+
+/// The film as photographs whose EXIF tells a focal length in millimetres of a 35 mm camera.
+fn photographs(millimetres: u8) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let tiff = [
+        // The picture's directory of one entry, where EXIF's is; and that, of one entry.
+        &b"II*\0\x08\0\0\0\x01\0\x69\x87\x04\0\x01\0\0\0\x1a\0\0\0\0\0\0\0"[..],
+        &[b"\x01\0\x05\xa4\x03\0\x01\0\0\0", &[millimetres, 0, 0, 0][..], &[0; 4]].concat(),
+    ]
+    .concat();
+    let exif = [b"\xff\xe1\0", &[8 + tiff.len() as u8][..], b"Exif\0\0", &tiff].concat();
+    for i in 0..PICTURES.len() {
+        let jpeg = std::fs::read(clip().join(format!("frames/frame_{i:02}.jpg"))).unwrap();
+        let path = folder.path().join(format!("frame_{i:02}.jpg"));
+        std::fs::write(path, [&jpeg[..2], &exif, &jpeg[2..]].concat()).unwrap();
+    }
+    folder
+}
+
+#[test]
+fn true_exif_is_quiet_and_wrong_exif_gives_way_to_the_turn_and_is_said() {
+    // 45 mm are the 520 px that the camera has, 90 mm twice that.
+    for (millimetres, words) in [(45, None), (90, Some("EXIF tells a focal length of about 1040 px"))] {
+        let head = made(photographs(millimetres).path(), None, None).unwrap();
+        let (used, off, said) = (head.report.camera, off_mm(&head), &head.report.warnings);
+        println!("{millimetres} mm: {:.1} px, {off:.2} mm off", used.camera.fx);
+        assert_eq!(used.source, CameraSource::Exif);
+        assert!(off <= 0.7 && (used.camera.fx / camera().camera.fx - 1.0).abs() < 0.06, "{off} mm, {used:?}");
+        match words {
+            None => assert_eq!(*said, Vec::<String>::new()),
+            Some(words) => {
+                let found = format!("one of {:.0} ± ", used.camera.fx);
+                assert!(said.iter().any(|w| w.contains(words) && w.contains(&found)), "{said:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn dark_and_burnt_films_are_said_to_be_so() {
     for (times, words) in [(0.12, "half of the face is darker than level"), (2.6, "% of the face are clipped to white")]
     {
@@ -153,7 +242,14 @@ fn a_skull_that_reaches_beyond_the_person_is_said() {
 
 #[test]
 fn a_film_of_one_side_is_warned_of() {
-    warns(&head(&film(PICTURES[13..].iter().cloned())), "the other side of the face is not seen");
+    let head = head(&film(PICTURES[13..].iter().cloned()));
+    warns(&head, "the other side of the face is not seen");
+    // The wall is grey with some green in it, skin is red.
+    let is_wall = |p: &&Rgba<u8>| p.0[3] == 255 && p.0[1] >= p.0[0];
+    let wall = head.texture.pixels().filter(is_wall).count() as f64;
+    let all = f64::from(head.texture.width() * head.texture.height());
+    println!("{:.2} % as the wall", 100.0 * wall / all);
+    assert!(wall < 0.005 * all, "{wall} texels");
 }
 
 /// The film, then the same person mirrored, elsewhere, and in a light from the side: neither picture nor face goes on.
