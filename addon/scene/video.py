@@ -17,13 +17,13 @@ DECODING = 0.1
 BOXED = {".mp4", ".mov", ".m4v", ".3gp"}
 VIDEOS = {
     *{".mp4", ".mov", ".avi", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg"},
-    *{".ogv", ".mts", ".m2ts", ".wmv", ".3gp", ".flv", ".gif"},
+    *{".ogv", ".mts", ".m2ts", ".ts", ".wmv", ".3gp", ".flv", ".gif"},
 }
 
 
 def is_video(path: str) -> bool:
-    """Whether a path is a video by its extension."""
-    return Path(path).suffix.lower() in VIDEOS
+    """Whether a path is a video by its extension: a folder of such a name is a folder."""
+    return Path(path).suffix.lower() in VIDEOS and not Path(path).is_dir()
 
 
 def frame_count(path: str) -> int:

@@ -58,6 +58,26 @@ def test_pictures_without_numbers_and_of_mixed_kinds_are_all_tracked(
     assert track(folder_of(tmp_path, names), library) == names
 
 
+def test_a_folder_with_the_name_of_a_video_is_a_folder(tmp_path: Path, library: Any) -> None:
+    folder = tmp_path / "clip.mp4"
+    folder.mkdir()
+    folder_of(folder, [f"shot_{number}.jpg" for number in range(1, 13)])
+    footage = module("scene.footage")
+    clip = footage.load(str(folder))
+    assert len(footage.of_clip(clip).frames) == 12 and footage.shows(clip, str(folder))
+
+
+def test_what_systems_put_beside_pictures_is_left_out(tmp_path: Path, library: Any) -> None:
+    names = [f"shot_{number}.jpg" for number in range(1, 13)]
+    folder_of(tmp_path, names)
+    for other in ["._shot_1.jpg", "._shot_2.jpg", ".DS_Store", "Thumbs.db", "desktop.ini"]:
+        (tmp_path / other).write_bytes(b"Mac OS X")
+    assert track(tmp_path / "shot_1.jpg", library) == names
+    footage = module("scene.footage")
+    clip = footage.load(str(tmp_path))
+    assert [Path(file).name for file in footage.clip_files(clip)] == names, "a folder begins with its first picture"
+
+
 @pytest.mark.parametrize(("aspect", "width"), [("2/1", 128), ("1/1", 64), ("8/9", 57)])
 def test_the_pixels_of_a_decoded_video_are_square(tmp_path: Path, aspect: str, width: int) -> None:
     ffmpeg, film = shutil.which("ffmpeg"), tmp_path / "film.mp4"

@@ -337,6 +337,8 @@ fn missing_assets() {
     command.arg("--quiet").arg("--assets").arg(case.input("")).arg("reconstruct").arg(clip().join("frames"));
     let output = command.arg("-o").arg(case.output()).output().unwrap();
     case.refuses(&output, &["generic_head.safetensors.gz is missing", "FACEWRIGHT_ASSETS"]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(!said.contains("cargo"), "a developer's command is no remedy for users: {said}");
 }
 
 #[test]

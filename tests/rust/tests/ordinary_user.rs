@@ -7,7 +7,7 @@
     reason = "the helpers of tests are tests too, and what is skipped is said"
 )]
 
-use end_to_end::{clip, program};
+use end_to_end::{assets, clip, program};
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, chown};
 use std::path::Path;
@@ -64,6 +64,40 @@ fn a_user_writes_into_their_home_and_is_told_where_they_may_not() {
     let sentence = String::from_utf8(said.stderr).unwrap();
     assert!(!said.status.success() && sentence.contains("Permission denied"), "{sentence}");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "the program and the home");
+}
+
+/// A folder with all that is in it, where every user may read it.
+fn copied_folder(from: &Path, to: &Path) {
+    assert!(Command::new("cp").arg("-rL").arg(from).arg(to).status().unwrap().success());
+    assert!(Command::new("chmod").args(["-R", "a+rX"]).arg(to).status().unwrap().success());
+}
+
+#[test]
+fn every_command_writes_into_a_home_and_reconstruct_into_the_home_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    let (program, at) = (copied(folder.path()), |name: &str| folder.path().join(name));
+    if !can(by_the_user(&program).arg("--version")) {
+        return;
+    }
+    copied_folder(&assets().unwrap(), &at("assets"));
+    copied_folder(&clip(), &at("clip"));
+    fs::create_dir(at("home")).unwrap();
+    chown(at("home"), Some(USER), Some(USER)).unwrap();
+    let run = |command: &[&str], input: &str, output: &str, made: &str| {
+        let mut line = by_the_user(&program);
+        line.arg("-q").arg("--assets").arg(at("assets")).args(command).arg(at("clip").join(input));
+        let said = line.arg("-o").arg(at("home").join(output)).env("TMPDIR", "/tmp").output().unwrap();
+        assert!(said.status.success() && at("home").join(made).is_file(), "{command:?}: {said:?}");
+    };
+    let camera = at("home/camera.json").display().to_string();
+    run(&["calibrate"], "board", "camera.json", "camera.json");
+    run(&["undistort", "--camera", &camera], "frames", "straight", "straight/frame_00.png");
+    run(&["track", "--camera", &camera], "frames", "tracks.json", "tracks.json");
+    run(&["reconstruct", "--camera", &camera, "--texture-size", "64"], "frames", "", "head.glb");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 4, "program, assets, clip and home");
+    let staged =
+        fs::read_dir(at("home")).unwrap().filter(|e| e.as_ref().unwrap().file_name().as_encoded_bytes()[0] == b'.');
+    assert_eq!(staged.count(), 0, "nothing staged is left");
 }
 
 #[test]

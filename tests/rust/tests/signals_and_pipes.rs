@@ -1,4 +1,5 @@
-//! The program in a shell: signals end it at once and leave nothing, and what it prints may find no reader.
+//! The program in a shell: signals end it at once and leave nothing, what it prints may find no reader, and the ffmpeg that it finds may be
+//! of any age.
 
 #![cfg(unix)]
 #![expect(
@@ -9,6 +10,7 @@
 
 use end_to_end::{clip, program};
 use std::fs::{self, File};
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -66,6 +68,69 @@ fn a_signal_while_a_video_is_decoded_ends_it_at_once_and_leaves_nothing() {
         assert!(!is_at_work_in(&temporary), "ffmpeg was left");
     }
     assert!(!folder.path().join("camera.json").exists());
+}
+
+/// An ffmpeg that knows one of the options that ask for each frame, and complains of others as ffmpeg does; its films show the boards.
+fn ffmpeg_that_knows(option: &str, folder: &Path) {
+    let boards = clip().join("board").canonicalize().unwrap();
+    let script = format!(
+        r#"#!/bin/sh
+for word in "$@"; do
+    case "$word" in
+    {option}) known=yes ;;
+    -fps_mode | -vsync) echo "[error] Unrecognized option '${{word#-}}'." >&2; exit 1 ;;
+    esac
+    last=$word
+done
+test "$known" || exit 1
+k=0
+for board in '{boards}'/*.png; do
+    /bin/cp "$board" "${{last%/*}}/frame_00000$k.png"
+    k=$((k + 1))
+done
+"#,
+        boards = boards.display()
+    );
+    let [text, path] = ["text", "ffmpeg"].map(|name| folder.join(name));
+    fs::write(&text, script).unwrap();
+    fs::set_permissions(&text, fs::Permissions::from_mode(0o755)).unwrap();
+    // By another process: a file that this one still had open for a test's child could not be run.
+    assert!(Command::new("cp").args([&text, &path]).status().unwrap().success());
+}
+
+#[test]
+fn an_ffmpeg_before_and_after_the_change_of_its_option_is_asked_for_each_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let film = folder.path().join("film.mp4");
+    fs::write(&film, "not looked at").unwrap();
+    // As of ffmpeg 4, of 5.1 to 7, and of none.
+    for (option, calibrates) in [("-vsync", true), ("-fps_mode", true), ("-neither", false)] {
+        ffmpeg_that_knows(option, folder.path());
+        let mut command = Command::new(program().unwrap());
+        command.args(["calibrate", "-q", "--json"]).arg(&film).arg("-o").arg(folder.path().join("camera.json"));
+        let said = command.env("PATH", folder.path()).output().unwrap();
+        let sentence = String::from_utf8_lossy(&said.stderr);
+        assert_eq!(said.status.success(), calibrates, "{option}: {sentence}");
+        assert!(calibrates || sentence.contains("film.mp4 cannot be read"), "{option}: {sentence}");
+    }
+}
+
+#[test]
+fn a_relative_path_with_a_colon_is_no_protocol() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut make = Command::new("ffmpeg");
+    make.args(["-nostdin", "-loglevel", "error", "-f", "lavfi", "-i", "color=gray:s=64x48:r=5:d=1", "-c:v", "mpeg4"]);
+    if !make.arg(folder.path().join("film.mp4")).status().is_ok_and(|status| status.success()) {
+        println!("skipped: there is no ffmpeg here");
+        return;
+    }
+    for name in ["take:1.mp4", "12:30.mp4"] {
+        fs::copy(folder.path().join("film.mp4"), folder.path().join(name)).unwrap();
+        let mut command = Command::new(program().unwrap());
+        let said = command.args(["calibrate", "-q", name, "-o", "camera.json"]).current_dir(&folder).output().unwrap();
+        let sentence = String::from_utf8_lossy(&said.stderr);
+        assert!(sentence.contains("the board was found in 0 of 5 pictures"), "{sentence}");
+    }
 }
 
 /// Commands that print, as they are and as JSON.

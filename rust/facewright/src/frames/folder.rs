@@ -6,8 +6,8 @@ use crate::FacewrightError;
 use std::path::{Path, PathBuf};
 
 const PICTURES: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "bmp", "webp"];
-const VIDEOS: [&str; 15] =
-    ["mp4", "mov", "avi", "mkv", "webm", "m4v", "mpg", "mpeg", "ogv", "mts", "m2ts", "wmv", "3gp", "flv", "gif"];
+const VIDEOS: [&str; 16] =
+    ["mp4", "mov", "avi", "mkv", "webm", "m4v", "mpg", "mpeg", "ogv", "mts", "m2ts", "ts", "wmv", "3gp", "flv", "gif"];
 
 /// Whether a path is a video, by its name: a folder of such a name is a folder.
 pub(crate) fn is_video(path: &Path) -> bool {
@@ -138,6 +138,14 @@ mod tests {
         assert_eq!(names(&root.join("shots*/*.jpg")), ["a.jpg", "b.jpg"]);
         let error = pictures_of(&root.join("z*.png")).unwrap_err();
         assert!(matches!(error, FacewrightError::NoFrames { .. }), "{error}");
+    }
+
+    #[test]
+    fn what_systems_put_beside_pictures_is_left_out() {
+        let others = ["._a.jpg", ".DS_Store", "Thumbs.db", "desktop.ini", ".hidden.png", "._b.jpg", "a.xmp"];
+        let folder = folder_of(&[&["a.jpg", "b.JPG"][..], &others].concat());
+        assert_eq!(names(folder.path()), ["a.jpg", "b.JPG"]);
+        assert_eq!(names(&folder.path().join("*")), ["a.jpg", "b.JPG"]);
     }
 
     #[test]

@@ -73,6 +73,10 @@ fn sentence(head: &[u8]) -> Option<&'static str> {
         Some("it is a GIF: give it a name that ends in .gif, and it is read as a video")
     } else if head.get(4..8) == Some(b"ftyp") {
         Some("it is a video: give it a name that ends in .mp4, and it is read as one")
+    } else if head.starts_with(b"\x1a\x45\xdf\xa3") {
+        Some("it is a video: give it a name that ends in .mkv, and it is read as one")
+    } else if head.starts_with(b"RIFF") && head.get(8..12) == Some(b"AVI ") {
+        Some("it is a video: give it a name that ends in .avi, and it is read as one")
     } else if head.starts_with(b"%PDF") {
         Some("it is a PDF, not a picture: save its picture as PNG")
     } else {
@@ -94,6 +98,8 @@ mod tests {
             (b"\0\0\0\x18ftypheic\0\0\0\0mif1heic", "of the kind HEIC, which is not read here: save it as JPEG"),
             (b"\0\0\0\x18ftypavif\0\0\0\0", "AVIF"),
             (b"\0\0\0\x18ftypisom\0\0\0\0", "it is a video"),
+            (b"\x1a\x45\xdf\xa3\x01\0\0\0", "it is a video: give it a name that ends in .mkv"),
+            (b"RIFF\x24\0\0\0AVI LIST", "it is a video: give it a name that ends in .avi"),
             (b"GIF89a", "ends in .gif"),
         ] {
             std::fs::write(&path, bytes).unwrap();

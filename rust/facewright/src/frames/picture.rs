@@ -136,6 +136,26 @@ mod tests {
     }
 
     #[test]
+    fn exif_tells_the_focal_length_by_the_diagonal_and_zero_is_unknown() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.jpg");
+        RgbImage::new(40, 30).save(&path).unwrap();
+        assert_eq!(exif_focal(&path, (40, 30)), None);
+        let jpeg = std::fs::read(&path).unwrap();
+        let told = |millimetres: u8| {
+            let exif = [
+                &b"\xff\xe1\0\x34Exif\0\0II*\0\x08\0\0\0\x01\0\x69\x87\x04\0\x01\0\0\0\x1a\0\0\0\0\0\0\0"[..],
+                &[b"\x01\0\x05\xa4\x03\0\x01\0\0\0", &[millimetres, 0, 0, 0][..], &[0; 4]].concat(),
+            ];
+            std::fs::write(&path, [&jpeg[..2], &exif.concat(), &jpeg[2..]].concat()).unwrap();
+            exif_focal(&path, (40, 30))
+        };
+        // The diagonal is 50 pixels, that of film 43.267 mm.
+        assert!((told(26).unwrap() - 26.0 * 50.0 / 43.267).abs() < 1e-9);
+        assert_eq!(told(0), None);
+    }
+
+    #[test]
     fn a_picture_that_says_to_be_larger_than_its_bytes_can_hold_is_refused_unread() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.bmp");

@@ -171,6 +171,35 @@ mod tests {
     }
 
     #[test]
+    fn films_of_every_kind_that_cameras_and_phones_write_are_decoded() {
+        let folder = tempfile::tempdir().unwrap();
+        let first = folder.path().join("a.mp4");
+        let Some(()) = film(&first, "1/1") else { return };
+        for (name, codec) in [
+            ("a.MTS", "mpeg2video"),
+            ("a.m2ts", "mpeg2video"),
+            ("a.ts", "mpeg2video"),
+            ("a.mpg", "mpeg2video"),
+            ("a.wmv", "wmv2"),
+            ("a.3gp", "mpeg4"),
+            ("a.flv", "flv1"),
+            ("a.gif", "gif"),
+            ("a.avi", "mjpeg"),
+            ("a.MKV", "mpeg4"),
+        ] {
+            let path = folder.path().join(name);
+            let mut command = Command::new("ffmpeg");
+            command.args(["-nostdin", "-loglevel", "error", "-i"]).arg(&first).args(["-r", "25", "-c:v", codec]);
+            if !command.arg(&path).status().unwrap().success() {
+                println!("skipped: this ffmpeg writes no {name}");
+                continue;
+            }
+            let frames = FrameSet::open(&[path], &Progress::new()).unwrap();
+            assert!((frames.width, frames.height) == (64, 48) && frames.len() >= 5, "{name}: {}", frames.len());
+        }
+    }
+
+    #[test]
     fn decoding_moves_the_bar_and_stops_when_it_is_cancelled() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("long.mp4");

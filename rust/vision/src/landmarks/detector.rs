@@ -230,6 +230,14 @@ mod tests {
     }
 
     #[test]
+    fn a_glance_costs_a_fifth_of_a_thorough_look_or_less() {
+        for (width, height) in [(352, 288), (640, 480), (1920, 1080), (720, 1280)] {
+            let thorough = FaceFinder::WHOLE + other_places(&RgbImage::new(width, height)).len();
+            assert!(5 * FaceFinder::WHOLE <= thorough && thorough <= 40, "{width}x{height}: {thorough} places");
+        }
+    }
+
+    #[test]
     fn the_region_follows_tilted_eyes() {
         let mut tilted = face(50.0, 50.0, 20.0, 1.0);
         tilted.key_points[0] = Vec2::new(45.0, 45.0);
