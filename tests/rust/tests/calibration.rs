@@ -30,11 +30,18 @@ fn read(path: &Path) -> Value {
     serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
 }
 
-/// The sheet lies in the plane z = 0 of its own frame, its top left corner at the origin.
-fn photograph(sheet: &GrayImage, camera: &Camera, cam_from_sheet: &Transform) -> GrayImage {
+/// Width and height of a photograph, pixels.
+const SIZE: [u32; 2] = [640, 480];
+
+/// The sheet lies in the plane z = 0 of its own frame, its top left corner at the origin; `ray` is what a pixel looks along.
+fn photograph(sheet: &GrayImage, ray: impl Fn(&Vec2) -> Vec3 + Sync, cam_from_sheet: &Transform) -> GrayImage {
     let sheet_from_cam = cam_from_sheet.inverse();
+    let [width, height] = SIZE;
     let light = |u: f64, v: f64| {
-        let direction = sheet_from_cam.rotation * camera.ray(&Vec2::new(u, v));
+        let direction = sheet_from_cam.rotation * ray(&Vec2::new(u, v));
+        if direction.z * sheet_from_cam.translation.z >= 0.0 {
+            return 90.0;
+        }
         let hit = sheet_from_cam.translation - direction * (sheet_from_cam.translation.z / direction.z);
         let (x, y) = (hit.x * PRINT - 0.5, hit.y * PRINT - 0.5);
         let inside = x >= 0.0 && y >= 0.0 && x < f64::from(sheet.width() - 1) && y < f64::from(sheet.height() - 1);
@@ -47,17 +54,17 @@ fn photograph(sheet: &GrayImage, camera: &Camera, cam_from_sheet: &Transform) ->
         30.0 + 0.75 * ((1.0 - b) * line(0) + b * line(1))
     };
     let pixel = |k: usize| {
-        let (x, y) = (k % camera.width as usize, k / camera.width as usize);
+        let (x, y) = (k % width as usize, k / width as usize);
         let offset = |i: usize| (i as f64 + 0.5) / SAMPLES as f64 - 0.5;
         let all = (0..SAMPLES * SAMPLES).map(|s| light(x as f64 + offset(s % SAMPLES), y as f64 + offset(s / SAMPLES)));
         (all.sum::<f64>() / (SAMPLES * SAMPLES) as f64).round() as u8
     };
-    let pixels: Vec<u8> = (0..(camera.width * camera.height) as usize).into_par_iter().map(pixel).collect();
-    GrayImage::from_raw(camera.width, camera.height, pixels).unwrap()
+    let pixels: Vec<u8> = (0..(width * height) as usize).into_par_iter().map(pixel).collect();
+    GrayImage::from_raw(width, height, pixels).unwrap()
 }
 
 fn lens() -> Camera {
-    Camera { fy: 519.0, cx: 322.5, cy: 236.0, k1: -0.15, k2: 0.05, ..Camera::centred(640, 480, 520.0) }
+    Camera { fy: 519.0, cx: 322.5, cy: 236.0, k1: -0.15, k2: 0.05, ..Camera::centred(SIZE[0], SIZE[1], 520.0) }
 }
 
 /// Where the sheet, `size` metres, is before the camera in the k-th photograph.
@@ -80,7 +87,7 @@ fn photographs(folder: &TempDir, board: &[&str], count: usize, cameras: &[(&str,
     for (name, camera_from_first) in cameras {
         std::fs::create_dir(folder.path().join(name)).unwrap();
         for k in 0..count {
-            let seen = photograph(&sheet, &lens(), &(*camera_from_first * pose(k, size)));
+            let seen = photograph(&sheet, |pixel| lens().ray(pixel), &(*camera_from_first * pose(k, size)));
             seen.save(folder.path().join(name).join(format!("photo_{k:02}.png"))).unwrap();
         }
     }
@@ -104,7 +111,9 @@ fn the_printed_board_calibrates_the_camera_that_photographs_it() {
         photographs(&folder, board, 9, &[("photos", Transform::identity())]);
         let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
         let (photos, camera, picture) = (at("photos"), at("camera.json"), at("report.svg"));
-        succeed(&[&["calibrate", &photos, "-o", &camera, "--picture", &picture], board].concat());
+        let calibrated = facewright(&[&["calibrate", &photos, "-o", &camera, "--picture", &picture], board].concat());
+        let said = String::from_utf8_lossy(&calibrated.stderr);
+        assert!(calibrated.status.success() && !said.contains("the lens") && !said.contains("bulges"), "{said}");
         let found = read(Path::new(&camera));
         assert_near(&found, percent);
         let images = found["images"].as_array().unwrap();
@@ -112,6 +121,33 @@ fn the_printed_board_calibrates_the_camera_that_photographs_it() {
         assert!(found["rms_px"].as_f64().unwrap() < 0.1, "{board:?}: {}", found["rms_px"]);
         assert!(std::fs::read_to_string(picture).unwrap().contains("9 of 9 pictures"));
     }
+}
+
+/// A fisheye: a pixel's distance from the middle is the angle to the axis, 300 px a radian.
+fn fisheye(pixel: &Vec2) -> Vec3 {
+    let outwards = pixel - Vec2::new(319.5, 239.5);
+    let angle = outwards.norm() / 300.0;
+    let side = outwards.normalize() * angle.sin();
+    Vec3::new(side.x, side.y, angle.cos())
+}
+
+#[test]
+fn photographs_of_a_fisheye_are_said_to_be_such_and_their_board_not_to_be_bent() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    succeed(&["board", "--dpi", "200", "-o", &at("board.png")]);
+    let sheet = image::open(at("board.png")).unwrap().to_luma8();
+    let size = Vec2::new(f64::from(sheet.width()), f64::from(sheet.height())) / PRINT;
+    std::fs::create_dir(at("photos")).unwrap();
+    for k in 0..9 {
+        let mut pose = pose(k, size);
+        pose.translation += Vec3::new([-0.16, 0.0, 0.16][k % 3], [-0.09, 0.0, 0.09][k / 3], -0.14);
+        photograph(&sheet, fisheye, &pose).save(at(&format!("photos/photo_{k}.png"))).unwrap();
+    }
+    let calibrated = facewright(&["calibrate", &at("photos"), "-o", &at("camera.json")]);
+    let said = String::from_utf8_lossy(&calibrated.stderr);
+    assert!(calibrated.status.success(), "{said}");
+    assert!(said.contains("the lens does not follow the model") && !said.contains("bulges"), "{said}");
 }
 
 #[test]
