@@ -174,8 +174,8 @@ fn a_turn_that_cannot_tell_the_focal_length_takes_what_cameras_have_and_says_so(
     let motion = solved(&soft(narrowed(&estimated(FILM.tracks.clone()), 5.0)));
     let (focal, sigma) = (motion.camera.camera.fx, motion.focal_sigma_px.unwrap());
     eprintln!("soft narrow turn: {focal:.1} ± {sigma:.1} px");
-    // The posterior deviation is more than half of that of what cameras have.
-    assert!(sigma > 0.175 * focal && (focal - FILM.truth.camera.fx).abs() < 2.0 * sigma, "{focal} ± {sigma}");
+    // The points alone tell it less well than what cameras have, to 35 %.
+    assert!(sigma > 0.247 * focal && (focal - FILM.truth.camera.fx).abs() < 2.0 * sigma, "{focal} ± {sigma}");
     let said = of_focal_length(&motion).unwrap_or_default();
     assert!(said.contains("mostly what cameras usually have") && said.contains("EXIF"), "{said}");
 }
@@ -212,6 +212,18 @@ fn points_that_contradict_exif_decide_and_it_is_said() {
         for number in [format!("{:.0} px", times * truth), format!("{focal:.0} ± {sigma:.0} px")] {
             assert!(said.starts_with("EXIF tells") && said.contains(&number), "no {number} in: {said}");
         }
+    }
+}
+
+#[test]
+fn a_narrow_turn_is_enough_to_contradict_exif() {
+    let narrow = narrowed(&FILM.tracks, 5.0);
+    for times in [0.5, 2.0, 3.0] {
+        let motion = solved(&from_exif(narrow.clone(), times));
+        let (focal, sigma) = (motion.camera.camera.fx, motion.focal_sigma_px.unwrap());
+        eprintln!("narrow turn, EXIF {times} times: {focal:.1} ± {sigma:.1} px");
+        assert!((focal - FILM.truth.camera.fx).abs() < 3.0 * sigma && sigma < 0.25 * focal, "{focal} ± {sigma}");
+        assert!(motion.warnings.iter().any(|said| said.starts_with("EXIF tells")), "{:?}", motion.warnings);
     }
 }
 
