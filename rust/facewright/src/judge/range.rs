@@ -6,29 +6,25 @@
 //!
 //! | | james-cif | james-720 | cap12 | cap13 | wolf | ict-a-talk | ict-b-perform | synthetic person |
 //! |---|---|---|---|---|---|---|---|---|
-//! | turn; to the lesser side, ° | 59; 28 | 120; 59 | 24; 12 | 21; 6.7 | 24; 3.5 | 56; 27 | 13; 5.7 | 56; 28 |
+//! | turn; to the lesser side, ° | 59; 28 | 120; 59 | 25; 12 | 23; 7.1 | 28; 6.6 | 55; 27 | 14; 6.6 | 56; 28 |
 //! | level; clipped, % | 121; 0 | 120; 0 | 88; 0 | 86; 0 | 137; 0 | 105; 0 | 143; 0.9 | 148; 0.2 |
-//! | eyes; breadth; depth; face, mm | 67; 173; 222; 141 | 67; 171; 220; 141 | 61; 149; 210; 121 | 58; 142; 197; 115 | 63; 147; 198; 113 | 65; 166; 217; 132 | 65; 169; 222; 126 | 58; 138; 184; 112 |
-//! | coefficients | 1.90 | 2.05 | 1.63 | 1.04 | 1.31 | 1.35 | 1.00 | 1.22 |
-//! | agreement, % | 96 | 90 | 94 | 90 | 64 | 85 | 79 | 95 |
+//! | eyes; breadth; depth; face, mm | 67; 173; 222; 141 | 67; 171; 220; 139 | 60; 152; 209; 121 | 59; 146; 198; 118 | 63; 151; 207; 115 | 64; 158; 213; 130 | 67; 175; 225; 130 | 58; 138; 184; 112 |
+//! | coefficients | 1.90 | 2.05 | 1.56 | 0.98 | 1.24 | 0.98 | 0.99 | 1.22 |
+//! | agreement, % | 96 | 90 | 95 | 87 | 73 | 86 | 79 | 95 |
 //! | landmarks, % | 0.6 | 0.9 | 0.5 | 0.5 | 0.9 | 0.7 | 0.6 | 0.5 |
-//! | points, mm | 0.33 | 0.30 | 0.76 | 0.80 | 1.04 | 0.46 | 0.70 | 0.24 |
-//! | focal length, % | | | 14 | 13 | 14 | 4 | 11 | 4 |
-//! | fewest points in a region | 162 | 218 | 37 | 10 | 0 (chin) | 161 | 30 | 147 |
-//! | stretch: forehead, nose | 1.3, 1.5 | 1.2, 1.6 | 1.5, 1.8 | 1.5, 1.8 | 1.2, 1.7 | 1.3, 1.4 | 1.3, 1.7 | 1.3, 1.6 |
-//! | stretch: cheeks, jaw | 2.3, 1.7 | 2.8, 1.7 | 1.7, 1.3 | 1.5, 1.2 | 1.6, 1.2 | 1.9, 1.3 | 1.6, 1.3 | 2.4, 1.3 |
-//! | stretch: ears, skull | 1.1, 1.3 | 1.2, 1.4 | 1.1, 1.1 | 1.0, 1.1 | 1.3, 1.2 | 1.1, 1.2 | 1.2, 1.2 | 1.1, 1.4 |
+//! | points, mm | 0.33 | 0.30 | 0.64 | 0.76 | 0.53 | 0.33 | 0.51 | 0.24 |
+//! | focal length, % | | | 18 | 16 | 17 | 9 | 21 | 4 |
+//! | fewest points in a region | 160 | 214 | 38 | 7 | 0 (chin) | 153 | 39 | 147 |
+//! | stretch: forehead, nose | 1.3, 1.5 | 1.2, 1.7 | 1.5, 1.9 | 1.3, 1.6 | 1.1, 1.6 | 1.2, 1.4 | 1.3, 1.4 | 1.3, 1.6 |
+//! | stretch: cheeks, jaw | 2.2, 1.7 | 2.9, 1.7 | 1.6, 1.4 | 1.4, 1.2 | 1.6, 1.1 | 1.4, 1.2 | 1.5, 1.2 | 2.4, 1.3 |
+//! | stretch: ears, skull | 1.0, 1.3 | 1.1, 1.5 | 1.0, 1.1 | 1.0, 1.1 | 1.0, 1.1 | 1.0, 1.2 | 1.0, 1.2 | 1.1, 1.4 |
 //! | turned over, mm² | 0 | 0 | 0 | 0 | 0 | 0 | 0 | 0 |
-//! | ears, mm | 6.3 | 6.3 | 1.9 | 0.4 | 2.2 | 3.2 | 2.5 | 6.2 |
+//! | ears, mm | 6.5 | 6.6 | 2.1 | 1.0 | 2.5 | 2.3 | 0.8 | 6.2 |
 //! | outside the person, % | 0 | 0 | 0 | 0 | 0 | 0 | 0 | 0 |
-//! | held-out frames | 0.99 | 0.99 | 0.98 | 0.98 | 0.87 | 0.96 | 0.93 | 0.98 |
+//! | held-out frames | 0.99 | 0.99 | 0.98 | 0.96 | 0.83 | 0.96 | 0.92 | 0.98 |
 //!
 //! (The last with its focal length estimated.) Where the table is outside of a range the head is truly wrong there: no point was measured on
-//! the woman's chin, and a single motion explains less than two thirds of her tracks.
-//!
-//! No measure tells that a focal length is a third too short: that of the second of those who talk is, with a deviation of 11 %. Its head is
-//! 1.3 times as deep as broad; the others are 1.3 to 1.4 times. It turns little, but 10° to 20° of the films of the scan give theirs to 4 %
-//! without a board.
+//! the woman's chin.
 
 use crate::camera::UNTOLD_SIGMA;
 use crate::faces::COVERED;
