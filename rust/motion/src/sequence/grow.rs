@@ -271,7 +271,9 @@ impl<'a> Reconstruction<'a> {
                 let own_px = own * (self.inflation / report.excess).sqrt();
                 let options = self.bundle_options(30, true);
                 let lens = self.options.lens_prior.filter(|_| !self.is_lens_free);
-                Some(focal_sigma_px(&bundle, &options, (own_px, lens), &focal)?)
+                // No film tells less than what is known before.
+                let before = self.options.focal_prior.map_or(f64::INFINITY, |prior| prior.log_sigma * self.camera.fx);
+                Some(focal_sigma_px(&bundle, &options, (own_px, lens), &focal)?.min(before))
             }
             None => None,
         };

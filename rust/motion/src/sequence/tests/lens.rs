@@ -147,6 +147,22 @@ fn the_focal_length_of_an_unknown_lens_lies_within_two_deviations() {
 }
 
 #[test]
+fn no_film_leaves_a_focal_length_less_certain_than_what_cameras_have() {
+    // A face of a twentieth of the width: how far the lens's middle may be aside outweighs all that it shows.
+    let mut film = film(1.0, 25.0, 2);
+    let aside = Vec2::new(2160.0, 1620.0);
+    film.tracks.iter_mut().flat_map(|track| &mut track.observations).for_each(|o| o.pixel += aside);
+    let camera = &mut film.scene.camera;
+    (camera.width, camera.height) = (10 * camera.width, 10 * camera.height);
+    (camera.cx, camera.cy) = (camera.cx + aside.x, camera.cy + aside.y);
+    let solved = solved(&film);
+    let (found, sigma) = (solved.camera.fx, solved.focal_sigma_px.unwrap());
+    println!("{:.3} ± {:.3}", found / film.scene.camera.fx, sigma / film.scene.camera.fx);
+    assert!((found / film.scene.camera.fx - 1.0).abs() < 0.1, "{found}");
+    assert!(sigma <= 0.35 * found + 1e-6, "{sigma} of {found}");
+}
+
+#[test]
 #[ignore = "a measurement"]
 fn coverage_over_lenses_and_turns() {
     let (within, count) = within_two(&[0.6, 1.0, 2.0, 4.0], &[12.0, 25.0, 45.0], 4);
