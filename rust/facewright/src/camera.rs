@@ -146,13 +146,13 @@ pub(crate) fn is_usual_focal(refined: &SourcedCamera, relative_sigma: f64) -> bo
 /// Standard deviations, EXIF's and the points' together, beyond which the two contradict one another.
 const CONTRADICTION: f64 = 3.0;
 
-/// What is said of a focal length of EXIF's where the points found another one, of this deviation in pixels.
-pub(crate) fn contradicted_exif(told: &SourcedCamera, focal: f64, sigma: f64) -> Option<String> {
-    let apart = (focal / told.camera.fx).ln().abs();
-    let both = told.source.focal_sigma().hypot(sigma / focal);
+/// What is said of EXIF's focal length, that of `told`, where the head's motion found another one with its deviation, pixels.
+pub(crate) fn contradicted_exif(told: &SourcedCamera, focal_px: f64, sigma_px: f64) -> Option<String> {
+    let apart = (focal_px / told.camera.fx).ln().abs();
+    let both = told.source.focal_sigma().hypot(sigma_px / focal_px);
     (told.source == CameraSource::Exif && apart > CONTRADICTION * both).then(|| {
         format!(
-            "EXIF tells a focal length of about {:.0} px, and the head's turn one of {focal:.0} ± {sigma:.0} px, which was taken: calibrate \
+            "EXIF tells a focal length of about {:.0} px, and the head's turn one of {focal_px:.0} ± {sigma_px:.0} px, which was taken: calibrate \
              with a board for true proportions",
             told.camera.fx
         )

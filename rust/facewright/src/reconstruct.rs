@@ -163,7 +163,7 @@ pub(crate) fn run(
     clock.lap("texture");
     let landmarks = crate::head::landmarks68(head, &measured.positions);
     let wrong_exif = measured.focal_sigma_px.and_then(|sigma| contradicted_exif(&sourced, measured.camera.fx, sigma));
-    let source = wrong_exif.map_or(sourced.source, |_| CameraSource::Estimated);
+    let source = if wrong_exif.is_some() { CameraSource::Estimated } else { sourced.source };
     let fit = fit_report(&clip, &measured, &eyes.fits);
     let judged = Judged { clip: &clip, measured: &measured, skin: &skin, fit: &fit, method: options.method, source };
     let quality = judge(&judged)?;
@@ -181,7 +181,7 @@ pub(crate) fn run(
         fit,
         texture: skin.report,
         timings_s: clock.finish(),
-        warnings: warnings(&clip, &sourced, &measured, skin.warnings, &quality),
+        warnings: warnings(&clip, (source, wrong_exif), &measured, skin.warnings, &quality),
         quality: Some(quality),
     };
     let mut result = Reconstruction::on(head, measured.positions, keys, report);
@@ -300,17 +300,14 @@ fn sharpen(
 /// What the artist should know.
 fn warnings(
     clip: &Clip,
-    sourced: &SourcedCamera,
+    (source, wrong_exif): (CameraSource, Option<String>),
     measured: &Measured,
     of_texture: Vec<String>,
     quality: &Quality,
 ) -> Vec<String> {
     let mut warnings = clip.faces.warnings();
-    warnings.extend(match measured.focal_sigma_px {
-        Some(sigma) => contradicted_exif(sourced, measured.camera.fx, sigma),
-        None => camera_warning(sourced.source),
-    });
-    warnings.extend(part_of_picture(&measured.camera).filter(|_| sourced.source != CameraSource::Board));
+    warnings.extend(measured.focal_sigma_px.map_or_else(|| camera_warning(source), |_| wrong_exif));
+    warnings.extend(part_of_picture(&measured.camera).filter(|_| source != CameraSource::Board));
     warnings.extend(measured.warnings.iter().cloned());
     warnings.extend(of_texture);
     warnings.extend(quality.unusual().map(|measure| measure.sentence.clone()));

@@ -286,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn lids_and_lips_end_where_the_frames_show_their_rims() {
+    fn lids_end_where_the_frames_show_their_rims() {
         let Some(head) = crate::testing::asset() else { return };
         let mut truth = head.positions.clone();
         for (name, part) in [("eyeBlinkLeft", 0.35), ("eyeBlinkRight", 0.2)] {

@@ -65,11 +65,11 @@ fn correlation_time(tracks: &[Errors]) -> f64 {
 /// nearest and so on, until they vanish; a neighbour that a frame does not see counts nothing.
 fn correlated_points(bundle: &Bundle, tracks: &[Errors]) -> f64 {
     let seen: Vec<usize> = (0..tracks.len()).filter(|&point| !tracks[point].is_empty()).collect();
-    let neighbours: Vec<Vec<usize>> = seen.par_iter().map(|&point| by_distance(bundle, point, &seen)).collect();
     let variance: f64 = seen.iter().flat_map(|&point| &tracks[point]).map(|(_, error)| error.norm_squared()).sum();
     if variance <= 0.0 {
         return 1.0;
     }
+    let neighbours: Vec<Vec<usize>> = seen.par_iter().map(|&point| by_distance(bundle, point, &seen)).collect();
     let correlation = |rank: usize| {
         let products: Vec<f64> = seen
             .par_iter()
