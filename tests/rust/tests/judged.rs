@@ -7,6 +7,7 @@ use facewright::{
     Assets, CameraSource, Faces, FrameSet, Given, Pixel, ReconstructOptions, Reconstruction, SourcedCamera, Verdict,
     find_faces, reconstruct,
 };
+use geometry::face_mesh::{LIPS_INNER_LOWER, LIPS_INNER_UPPER, LIPS_OUTER_LOWER, LIPS_OUTER_UPPER};
 use geometry::{Camera, Progress, Similarity, Vec2};
 use image::{Rgb, RgbImage, Rgba, imageops};
 use std::path::Path;
@@ -219,6 +220,47 @@ fn a_mask_and_dark_glasses_are_said_and_leave_no_colour_on_the_skin() {
     let hidden = head(&painted(&GLASSES, [20, 24, 160]));
     warns(&hidden, "the eyes differ from the cheeks");
     assert!(blue(&hidden) < 0.01, "{}", blue(&hidden));
+}
+
+/// Colours of a texture along both lips, half way between their edges, but for the corners.
+fn lips(head: &Reconstruction) -> Vec<[f64; 3]> {
+    let skin = ASSETS.head.skin();
+    let corners: Vec<_> = ASSETS.head.triangles(skin).into_iter().zip(ASSETS.head.triangle_uvs(skin)).collect();
+    let place = |landmark: usize| {
+        let anchor = &ASSETS.head.anchors[landmark];
+        let (_, uvs) = corners.iter().find(|(triangle, _)| *triangle == anchor.triangle).unwrap();
+        uvs.iter().zip(anchor.weights).map(|(uv, weight)| uv * weight).sum::<Vec2>()
+    };
+    let (texture, size) = (&head.texture, f64::from(head.texture.width()));
+    let lips = [(&LIPS_INNER_UPPER, &LIPS_OUTER_UPPER), (&LIPS_INNER_LOWER, &LIPS_OUTER_LOWER)];
+    let columns = lips.into_iter().flat_map(|(inner, outer)| (3..8).map(move |k| (inner[k], outer[k])));
+    let at = |(inner, outer)| {
+        let uv = (place(inner) + place(outer)) / 2.0;
+        Vec2::new(uv.x, 1.0 - uv.y) * size
+    };
+    let colour = |texel: Vec2| texture.get_pixel(texel.x as u32, texel.y as u32).0;
+    columns.map(at).map(colour).map(|[r, g, b, _]| [r, g, b].map(f64::from)).collect()
+}
+
+#[test]
+fn a_finger_before_the_mouth_does_not_colour_the_lips() {
+    /// Whose colour the finger has, and around what it covers.
+    const BROW: usize = 151;
+    const FINGER: [usize; 4] = [92, 164, 18, 182];
+    let hidden = film(PICTURES.iter().enumerate().map(|(i, picture)| {
+        let mut picture = picture.clone();
+        if (4..17).contains(&i) {
+            let brow = face(i).points[BROW].map(|c| c as u32);
+            let colour = picture.get_pixel(brow.x, brow.y).0;
+            fill(&mut picture, &FINGER.map(|k| face(i).points[k].xy()), colour);
+        }
+        picture
+    }));
+    let head = made(hidden.path(), None, None).unwrap();
+    let pairs: Vec<_> = lips(&head).into_iter().zip(lips(&PLAIN)).collect();
+    let off = pairs.iter().map(|(a, b)| (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f64::max)).fold(0.0, f64::max);
+    println!("{off:.1} levels");
+    assert!(off < 20.0, "{off} levels: {pairs:.0?}");
 }
 
 /// The wall painted over all that is above the forehead.

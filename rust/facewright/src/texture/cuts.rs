@@ -1,6 +1,6 @@
 //! What the textures need of the frames, cut out of them: a frame of a large film is mostly wall, and dozens of them are looked at together.
 
-use super::mouth::{clear_mouth, restless};
+use super::mouth;
 use super::skin_tone::SkinTone;
 use crate::faces::{Clip, uncovered};
 use crate::head::Measured;
@@ -23,8 +23,7 @@ pub struct Cut {
     /// The frame's pixel that is its first.
     corner: [u32; 2],
     /// 255 where it may show the head's skin or hair, 0 on the wall, on cloth, on what covers the skin all the time, and on a
-    /// mouth that is not at rest; `None` where that
-    /// is not known.
+    /// mouth that is crossed or not at rest; `None` where that is not known.
     pub skin: Option<GrayImage>,
 }
 
@@ -41,7 +40,7 @@ impl Cut {
 
     /// With what it shows of a person, whose skin has this tone.
     fn showing(mut self, person: &PersonMask, face: &Face, tone: Option<&SkinTone>) -> Self {
-        let corner = Vec2::new(f64::from(self.corner[0]), f64::from(self.corner[1]));
+        let corner = self.corner();
         let mut skin = GrayImage::from_pixel(self.image.width(), self.image.height(), Luma([255]));
         person.clear_outside(&mut skin, 0.0, |pixel| pixel + corner);
         if let Some(tone) = tone {
@@ -51,13 +50,17 @@ impl Cut {
         self
     }
 
-    /// Without the mouth.
-    fn without_mouth(mut self, face: Option<&Face>) -> Self {
+    /// How red the lips of a face are.
+    fn lips(&self, face: &Face) -> Option<mouth::Contrast> {
+        mouth::contrast(&self.image, face, &self.corner())
+    }
+
+    /// Clears the mouth of a face.
+    fn clear_mouth(&mut self, face: &Face) {
         let (width, height) = self.image.dimensions();
-        let corner = Vec2::new(f64::from(self.corner[0]), f64::from(self.corner[1]));
+        let corner = self.corner();
         let skin = self.skin.get_or_insert_with(|| GrayImage::from_pixel(width, height, Luma([255])));
-        face.into_iter().for_each(|face| clear_mouth(skin, face, &corner));
-        self
+        mouth::clear_mouth(skin, face, &corner);
     }
 
     /// Without what a mask of it clears.
@@ -67,8 +70,13 @@ impl Cut {
         self
     }
 
+    /// The frame's pixel that is its first.
+    fn corner(&self) -> Vec2 {
+        Vec2::new(f64::from(self.corner[0]), f64::from(self.corner[1]))
+    }
+
     fn place(&self, pixel: &Vec2) -> Vec2 {
-        pixel - Vec2::new(f64::from(self.corner[0]), f64::from(self.corner[1]))
+        pixel - self.corner()
     }
 
     /// The frame's lens for the part.
@@ -95,7 +103,6 @@ pub fn cuts(
     picked: &[usize],
     method: Method,
 ) -> Result<Vec<Cuts>, FacewrightError> {
-    let restless = restless(clip, chosen, picked);
     let cuts = |(i, (frame, pose)): (usize, &(usize, Transform))| {
         let picture = clip.frames.picture(*frame)?;
         let head = if picked.contains(&i) {
@@ -103,10 +110,7 @@ pub fn cuts(
             Some(match method {
                 // The paper's texture takes what the frames show.
                 Method::Paper => cut,
-                Method::Default => {
-                    let cut = showing(cut, clip, *frame, &picture)?;
-                    if restless.contains(&i) { cut.without_mouth(clip.faces.face(*frame)) } else { cut }
-                }
+                Method::Default => showing(cut, clip, *frame, &picture)?,
             })
         } else {
             None
@@ -115,7 +119,24 @@ pub fn cuts(
         let eyes = [0, 1].map(|side| irises.map(|irises| &irises[side]).and_then(|iris| eye(&picture, iris)));
         Ok(Cuts { head, eyes })
     };
-    chosen.par_iter().enumerate().map(cuts).collect()
+    let mut cuts = chosen.par_iter().enumerate().map(cuts).collect::<Result<Vec<Cuts>, FacewrightError>>()?;
+    if method == Method::Default {
+        clear_mouths(clip, chosen, &mut cuts);
+    }
+    Ok(cuts)
+}
+
+/// Clears the mouths that would not colour the lips as they rest.
+fn clear_mouths(clip: &Clip, chosen: &[(usize, Transform)], cuts: &mut [Cuts]) {
+    let mut heads: Vec<(&mut Cut, usize, &Face)> = Vec::new();
+    for (cuts, (frame, _)) in cuts.iter_mut().zip(chosen) {
+        heads.extend(cuts.head.as_mut().zip(clip.faces.face(*frame)).map(|(head, face)| (head, *frame, face)));
+    }
+    let picked: Vec<_> = heads.iter().map(|(head, frame, face)| (*frame, head.lips(face))).collect();
+    for i in mouth::unusable(clip, &picked) {
+        let (head, _, face) = &mut heads[i];
+        head.clear_mouth(face);
+    }
 }
 
 /// The head, with what may colour it.
