@@ -17,6 +17,9 @@ use rayon::prelude::*;
 const INDEPENDENT: f64 = 0.05;
 /// Neighbours whose correlations are averaged before they are compared with that.
 const RING: usize = 8;
+/// Neighbours that are looked at first, whole rings of them, and how many times more where these are not enough.
+const NEAR: usize = 16 * RING;
+const FARTHER: usize = 4;
 
 /// The residuals of one point, in the order of the frames.
 type Errors = Vec<(usize, Vec2)>;
@@ -69,26 +72,43 @@ fn correlated_points(bundle: &Bundle, tracks: &[Errors]) -> f64 {
     if variance <= 0.0 {
         return 1.0;
     }
-    let neighbours: Vec<Vec<usize>> = seen.par_iter().map(|&point| by_distance(bundle, point, &seen)).collect();
-    let correlation = |rank: usize| {
-        let products: Vec<f64> = seen
-            .par_iter()
-            .zip(&neighbours)
-            .map(|(&point, others)| product(&tracks[point], &tracks[others[rank]]))
-            .collect();
-        products.iter().sum::<f64>() / variance
-    };
-    let ring = |first: usize| (first..(first + RING).min(seen.len() - 1)).map(correlation).sum::<f64>();
-    let rings = (0..seen.len() - 1).step_by(RING).map(ring);
-    1.0 + rings.take_while(|sum| *sum > INDEPENDENT * RING as f64).sum::<f64>()
+    let mut reach = NEAR;
+    loop {
+        let sums = rings(bundle, tracks, &seen, reach);
+        let correlations = sums.iter().map(|sum| sum / variance);
+        let correlated: Vec<f64> = correlations.take_while(|ring| *ring > INDEPENDENT * RING as f64).collect();
+        if correlated.len() < sums.len() || reach >= seen.len() {
+            return 1.0 + correlated.iter().sum::<f64>();
+        }
+        reach *= FARTHER;
+    }
 }
 
-/// All other points that are seen, the nearest first.
-fn by_distance(bundle: &Bundle, point: usize, seen: &[usize]) -> Vec<usize> {
+/// Sums of the products of each point's errors with those of its nearest neighbours, ring by ring, as far as to the `reach`-th neighbour.
+fn rings(bundle: &Bundle, tracks: &[Errors], seen: &[usize], reach: usize) -> Vec<f64> {
+    let of_point = |&point: &usize| -> Vec<f64> {
+        let others = nearest(bundle, point, seen, reach);
+        others
+            .chunks(RING)
+            .map(|ring| ring.iter().map(|&other| product(&tracks[point], &tracks[other])).sum())
+            .collect()
+    };
+    let all: Vec<Vec<f64>> = seen.par_iter().map(of_point).collect();
+    (0..all.first().map_or(0, Vec::len)).map(|ring| all.iter().map(|sums| sums[ring]).sum()).collect()
+}
+
+/// So many of the other points that are seen, the nearest first.
+fn nearest(bundle: &Bundle, point: usize, seen: &[usize], count: usize) -> Vec<usize> {
     let distance = |other: usize| (bundle.points[other] - bundle.points[point]).norm_squared();
-    let mut others: Vec<usize> = seen.iter().copied().filter(|&other| other != point).collect();
-    others.sort_by(|a, b| distance(*a).total_cmp(&distance(*b)));
-    others
+    let others = seen.iter().filter(|&&other| other != point);
+    let mut others: Vec<(f64, usize)> = others.map(|&other| (distance(other), other)).collect();
+    let order = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+    if count < others.len() {
+        others.select_nth_unstable_by(count, order);
+        others.truncate(count);
+    }
+    others.sort_unstable_by(order);
+    others.into_iter().map(|(_, other)| other).collect()
 }
 
 /// Sum of the products of two points' errors in the frames that see both.
