@@ -1,6 +1,5 @@
 """What operators have in common: work that goes on while the artist looks on, files that are asked for, movie clips."""
 
-import functools
 import math
 import textwrap
 import time
@@ -39,6 +38,8 @@ class WorkOperator:
     """Mix-in: `start` gives the work, `finish` changes the data in one step and gives the message."""
 
     _work: Work[Any] | None = None
+    # What the work gave, until Blender can take it.
+    _given: tuple[Any] | None = None
     _timer: bpy.types.Timer | None = None
     # Of `bpy.types.Operator`, the other base.
     report: Callable[[set[str], str], None]
@@ -74,7 +75,7 @@ class WorkOperator:
             return {"CANCELLED"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
-        return self._advance(context)
+        return self._advance(context) if self._given is None else self._deliver(context)
 
     def cancel(self, context: bpy.types.Context) -> None:
         """Blender closes or loads a file."""
@@ -91,8 +92,8 @@ class WorkOperator:
                 if Running.stage != "decode":
                     break
         except StopIteration as end:
-            self._end(context)
-            return reported(self, functools.partial(self.finish, context, end.value))
+            self._given = (end.value,)
+            return self._deliver(context)
         except FacewrightError as error:
             self._end(context)
             level = "INFO" if isinstance(error, Cancelled) else "ERROR"
@@ -100,6 +101,15 @@ class WorkOperator:
             return {"CANCELLED"}
         redraw(context)
         return {"RUNNING_MODAL"}
+
+    def _deliver(self, context: bpy.types.Context) -> Result:
+        """Finish, unless the artist is dragging something: changes meanwhile would pull it from under the mouse."""
+        assert self._given is not None
+        if is_dragging(context):
+            return {"RUNNING_MODAL"}
+        self._end(context)
+        left = leave_modes(context)
+        return reported(self, lambda: "; ".join([self.finish(context, self._given[0]), *left]))
 
     def _end(self, context: bpy.types.Context) -> None:
         if self._work is not None:
@@ -180,6 +190,27 @@ def reported(operator: Any, action: Callable[[], str]) -> Result:
         return {"CANCELLED"}
     operator.report({"INFO"}, message)
     return {"FINISHED"}
+
+
+def is_dragging(context: bpy.types.Context) -> bool:
+    """Whether another operator holds the mouse in any window."""
+    running = [operator for window in context.window_manager.windows for operator in window.modal_operators]
+    return any({"BLOCKING", "GRAB_CURSOR"} & operator.bl_options for operator in running)
+
+
+def leave_modes(context: bpy.types.Context) -> list[str]:
+    """Go to Object Mode in all windows, and say so where it was another.
+
+    What is in Edit Mode would overwrite what is made of it, and its undo steps know nothing of other data.
+    """
+    left = []
+    for window in context.window_manager.windows:
+        active = window.view_layer.objects.active
+        if active is not None and active.mode != "OBJECT":
+            left.append(f"{active.name} was in {active.mode.replace('_', ' ').title()} Mode, which was left")
+            with context.temp_override(window=window):
+                bpy.ops.object.mode_set(mode="OBJECT")
+    return left
 
 
 def redraw(context: bpy.types.Context) -> None:

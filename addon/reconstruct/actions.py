@@ -16,7 +16,7 @@ from ..engine import (
 )
 from ..engine.report import parse as parse_report
 from ..jobs import Work, watch
-from ..scene import face_tracks, heads, motion_rig, track_reading, video
+from ..scene import face_tracks, heads, motion_rig, track_reading, video, view
 from ..scene import head as scene_head
 from ..scene.heads import Head
 
@@ -154,6 +154,12 @@ def show(layer: Any, face: Any) -> None:
         layer.objects.active = face
 
 
+def present(window: Any) -> str:
+    """Frame what is selected in a window; gives what to do next."""
+    view.present(window)
+    return "next: try an expression in the panel; Material Preview (Z) shows skin and eyes in light"
+
+
 def choices(scene: Any) -> list[tuple[str, str, str]]:
     """What a run can make, each with its name, label and description: a new head, or one of the scene's anew."""
     new = (NEW.upper(), "New Head", "Make a new head, in a collection of its own")
@@ -250,6 +256,18 @@ def quality(text: str) -> tuple[str, str] | None:
         return "Good: every measure is as usual", "COLORSET_03_VEC"
     names = ", ".join(measure.name.replace("_", " ") for measure in found.unusual)
     return f"Look at it: {names}", "COLORSET_09_VEC"
+
+
+def kept(face: Any) -> list[str]:
+    """What of an artist's the last run on a head kept, as one sentence; none where that is nothing."""
+    found = scene_head.kept(face)
+    return [f"kept: {', '.join(found)}"] if found else []
+
+
+def shown_kept(scene: Any, active: Any) -> list[str]:
+    """The same of the head whose report is shown."""
+    shown = heads.current(scene, active, scene.facewright_clip.wanted)
+    return kept(shown[0].skin) if shown is not None else []
 
 
 def warnings(text: str) -> list[str]:

@@ -52,9 +52,13 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
     def finish(self, context: bpy.types.Context, result: Reconstruction) -> str:
         if folder := self._folder(context):
             result.write(folder)
+        before = set(context.scene.objects)
         face = actions.place(context.scene, result, self._made_of, self._wanted, context.collection)
         actions.show(context.view_layer, face)
-        return "; ".join([*actions.report_lines(result.report)[:1], *actions.warnings(result.report)])
+        said = [*actions.report_lines(result.report)[:1], *actions.kept(face), *actions.warnings(result.report)]
+        if face not in before and not bpy.app.background:
+            said.append(actions.present(context.window))
+        return "; ".join(said)
 
     def _folder(self, context: bpy.types.Context) -> str | None:
         folder = self.output or context.scene.facewright_clip.output

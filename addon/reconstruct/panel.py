@@ -85,6 +85,8 @@ class FACEWRIGHT_PT_report(Side, bpy.types.Panel):
         column = self.layout.column(align=True)
         for line in actions.report_lines(text):
             column.label(text=line)
+        for said in actions.shown_kept(context.scene, context.object):
+            draw_text(self.layout, context, said[:1].upper() + said[1:], icon="INFO")
         for warning in actions.warnings(text):
             draw_text(self.layout, context, warning[:1].upper() + warning[1:], icon="ERROR")
 

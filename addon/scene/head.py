@@ -3,19 +3,19 @@
 import json
 
 import bpy
-import numpy as np
 
 from ..engine import Reconstruction
-from . import heads, looks
+from . import heads, looks, shapes
 from .axes import to_blender
 from .heads import SKIN, Head
 from .materials import EYES
 from .materials import SKIN as SKIN_LOOK
+from .standing import free_place
 
 EXPRESSIONS = "facewright_expressions"
 REPORT = "facewright_report"
-# Between a new head and the one that stands farthest to the left of its subject, metres.
-BESIDE = 0.3
+# What the last run left as an artist had made it: a JSON list of texts.
+KEPT = "facewright_kept"
 
 
 def place(
@@ -34,21 +34,28 @@ def place(
     parts = {name: _part(known, name, vertices[1] - vertices[0]) for name, vertices, _ in result.parts}
     for name, vertices, quads in result.parts:
         if not parts[name].data.vertices:
-            _build_mesh(parts[name].data, result, vertices, quads)
-    looks.dress(known.name, parts, known.parts, {SKIN_LOOK: result.texture, EYES: result.eyes})
+            shapes.build(parts[name].data, result, vertices, quads)
+    kept = looks.dress(known.name, parts, known.parts, {SKIN_LOOK: result.texture, EYES: result.eyes})
     for name, vertices, _ in result.parts:
-        _set_shape(parts[name], result, vertices, name == SKIN)
+        kept += shapes.shape(parts[name], result, vertices, name == SKIN)
     skin = parts[SKIN]
     for name, obj in ({**known.parts, **parts}).items():
         if name != SKIN:
             _hang(obj, skin, known)
             _drive_keys(obj, skin)
     if not known.parts:
-        skin.location.x = max((o.skin.location.x + BESIDE for o in others if o.skin is not None), default=0.0)
+        skins = [other.skin for other in others if other.skin is not None]
+        skin.location = free_place(scene, to_blender(result.positions), skins, set(parts.values()))
     heads.remember(known, skin, clip)
     skin[EXPRESSIONS] = json.dumps({name: dict(weights) for name, weights in result.expressions})
     skin[REPORT] = result.report
+    skin[KEPT] = json.dumps(kept)
     return skin
+
+
+def kept(skin: bpy.types.Object) -> list[str]:
+    """What the last run on a head left as an artist had made it."""
+    return json.loads(skin.get(KEPT, "[]"))
 
 
 def expressions(skin: bpy.types.Object) -> dict[str, dict[str, float]]:
@@ -87,43 +94,6 @@ def _hang(obj: bpy.types.Object, skin: bpy.types.Object, before: Head) -> None:
     is_new = obj not in before.objects
     if is_new or (skin != before.skin and obj.parent in (None, before.skin)):
         obj.parent = skin
-
-
-def _build_mesh(mesh: bpy.types.Mesh, head: Reconstruction, vertices: tuple[int, int], quads: tuple[int, int]) -> None:
-    corners = head.quads[quads[0] : quads[1]].astype(np.int64) - vertices[0]
-    positions = to_blender(head.positions[vertices[0] : vertices[1]])
-    mesh.from_pydata(positions.tolist(), [], corners.tolist())
-    mesh.shade_smooth()
-    layer = mesh.uv_layers.new(name="UVMap")
-    layer.data.foreach_set("uv", np.ascontiguousarray(head.uvs[quads[0] : quads[1]], np.float32).ravel())
-    generic = mesh.attributes.new("generic_position", "FLOAT_VECTOR", "POINT")
-    generic.data.foreach_set("vector", to_blender(head.generic_positions[vertices[0] : vertices[1]]).ravel())
-    mesh.validate()
-
-
-def _set_shape(obj: bpy.types.Object, head: Reconstruction, vertices: tuple[int, int], is_skin: bool) -> None:
-    """Basis and keys; values and animation of keys that exist stay."""
-    first, end = vertices
-    basis = head.positions[first:end]
-    _set_block(obj, "Basis", basis)
-    for name, indices, offsets in head.keys:
-        inside = (indices >= first) & (indices < end)
-        if not inside.any() and not is_skin:
-            continue
-        moved = basis.copy()
-        moved[indices[inside] - first] += offsets[inside]
-        _set_block(obj, name, moved)
-    obj.data.vertices.foreach_set("co", to_blender(basis).ravel())
-    obj.data.update()
-
-
-def _set_block(obj: bpy.types.Object, name: str, positions: np.ndarray) -> None:
-    keys = obj.data.shape_keys
-    block = keys.key_blocks.get(name) if keys else None
-    if block is None:
-        block = obj.shape_key_add(name=name, from_mix=False)
-        block.value = 0.0
-    block.data.foreach_set("co", to_blender(positions).ravel())
 
 
 def _drive_keys(obj: bpy.types.Object, skin: bpy.types.Object) -> None:

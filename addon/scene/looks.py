@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .heads import PART
-from .materials import LOOKS, Look, exchange, images, new_image, new_material, set_pixels
+from .materials import LOOKS, Look, exchange, images, is_painted, new_image, new_material
 
 # Of an object: the picture that runs paint.
 PICTURE = "facewright_picture"
@@ -15,15 +15,17 @@ OLDER = "Face"
 Parts = dict[str, bpy.types.Object]
 
 
-def dress(title: str, parts: Parts, before: Parts, pictures: dict[Look, NDArray[np.uint8]]) -> None:
-    """Paint the pictures of a head, and give those of its parts that have none a material.
+def dress(title: str, parts: Parts, before: Parts, pictures: dict[Look, NDArray[np.uint8]]) -> list[str]:
+    """Give a head new pictures, and those of its parts that have none a material.
 
-    What the head had `before`, or its parts have, is kept. `title` begins the names of what is new.
+    What the head had `before`, or its parts have, is kept, and so are pictures that an artist painted on. `title`
+    begins the names of what is new. Gives what of an artist's was kept.
     """
+    kept: list[str] = []
     for name, obj in parts.items():
         _inherit(obj, [*_like(name, before), *_like(name, parts)])
     for look, pixels in pictures.items():
-        _paint(title, look, [obj for name, obj in parts.items() if LOOKS[name] == look], pixels)
+        kept += _paint(title, look, [obj for name, obj in parts.items() if LOOKS[name] == look], pixels)
     made: dict[Look, bpy.types.Material] = {}
     for name, obj in parts.items():
         if not obj.data.materials:
@@ -31,6 +33,7 @@ def dress(title: str, parts: Parts, before: Parts, pictures: dict[Look, NDArray[
             if look not in made:
                 made[look] = new_material(f"{title} {look.name}", look, obj.get(PICTURE))
             obj.data.materials.append(made[look])
+    return kept
 
 
 def _like(name: str, parts: Parts) -> list[bpy.types.Object]:
@@ -49,19 +52,34 @@ def _inherit(obj: bpy.types.Object, like: list[bpy.types.Object]) -> None:
         obj[PICTURE] = painted[0]
 
 
-def _paint(title: str, look: Look, wearers: list[bpy.types.Object], pixels: NDArray[np.uint8]) -> None:
-    """Give the picture of some parts new pixels; one that another head has too stays, and these get their own."""
+def _paint(title: str, look: Look, wearers: list[bpy.types.Object], pixels: NDArray[np.uint8]) -> list[str]:
+    """Give some parts a new picture in the place of the one they have; gives what was kept.
+
+    Never new pixels to one that is there: Blender would not undo that. One that another head has too stays for that,
+    and one that an artist painted on is shown as before.
+    """
     old = _picture(wearers, look)
-    others = _others(wearers, old) if old is not None else []
-    if old is not None and not others and old.library is None:
-        new = old
-        set_pixels(new, pixels)
-    else:
-        new = new_image(f"{title} {look.name}", pixels)
-        if old is not None:
+    new = new_image(f"{title} {look.name}", pixels, like=old)
+    kept = []
+    if old is not None and is_painted(old):
+        kept = [f"the painting on {old.name} (the new picture is {new.name})"]
+    elif old is not None:
+        others = _others(wearers, old)
+        if others or old.library is not None:
             _repaint(wearers, others, old, new)
+        else:
+            _replace(old, new)
     for obj in wearers:
         obj[PICTURE] = new
+    return kept
+
+
+def _replace(old: bpy.types.Image, new: bpy.types.Image) -> None:
+    """Put a new picture, under the same name, wherever an old one is."""
+    name = old.name
+    old.user_remap(new)
+    bpy.data.images.remove(old)
+    new.name = name
 
 
 def _picture(wearers: list[bpy.types.Object], look: Look) -> bpy.types.Image | None:

@@ -1,11 +1,14 @@
 """Images and simple materials that every exporter reads."""
 
+import hashlib
 from dataclasses import dataclass
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+# Of an image: what its pixels were when it was made.
+MADE = "facewright_made"
 LINEAR_TEETH = (0.62, 0.55, 0.45, 1.0)
 LINEAR_TONGUE = (0.42, 0.14, 0.13, 1.0)
 LINEAR_LASHES = (0.02, 0.015, 0.012, 0.3)
@@ -40,9 +43,13 @@ LOOKS = {
 }
 
 
-def set_pixels(picture: bpy.types.Image, pixels: NDArray[np.uint8]) -> None:
-    """Give an image sRGB pixels, (height, width, 4), top row first, and their size; opaque, packed into the file."""
+def new_image(name: str, pixels: NDArray[np.uint8], like: bpy.types.Image | None = None) -> bpy.types.Image:
+    """An image of sRGB pixels, (height, width, 4), top row first; opaque, packed into the file.
+
+    What an artist has set on another image, such as its colour space, is so on one that is to be `like` it.
+    """
     height, width = pixels.shape[:2]
+    picture = like.copy() if like is not None else bpy.data.images.new(name, width, height, alpha=False)
     if tuple(picture.size) != (width, height):
         picture.scale(width, height)
     values = np.flipud(pixels).astype(np.float32) / 255.0
@@ -50,14 +57,23 @@ def set_pixels(picture: bpy.types.Image, pixels: NDArray[np.uint8]) -> None:
     picture.pixels.foreach_set(np.ascontiguousarray(values).ravel())
     picture.update()
     picture.pack()
-
-
-def new_image(name: str, pixels: NDArray[np.uint8]) -> bpy.types.Image:
-    """A packed image of such pixels."""
-    height, width = pixels.shape[:2]
-    picture = bpy.data.images.new(name, width, height, alpha=False)
-    set_pixels(picture, pixels)
+    picture[MADE] = _fingerprint(picture)
     return picture
+
+
+def is_painted(picture: bpy.types.Image) -> bool:
+    """Whether an artist has changed the pixels of an image of ours; of an older version's, whether they are unsaved."""
+    if MADE not in picture:
+        return picture.is_dirty
+    return picture[MADE] != _fingerprint(picture)
+
+
+def _fingerprint(picture: bpy.types.Image) -> str:
+    """A short hash of an image's pixels in 8 bits, and of its size."""
+    values = np.empty(len(picture.pixels), np.float32)
+    picture.pixels.foreach_get(values)
+    levels = np.rint(values * 255.0).astype(np.uint8)
+    return hashlib.blake2b(levels.tobytes() + repr(tuple(picture.size)).encode(), digest_size=16).hexdigest()
 
 
 def new_material(name: str, look: Look, picture: bpy.types.Image | None) -> bpy.types.Material:

@@ -133,6 +133,65 @@ def expect_same(parts: set[str], before: State, after: State) -> None:
         expect(before["data"][part] == after["data"].get(part), f"{part} is not what it was")
 
 
+def a_head_is_seen_at_once_before_what_stands_in_its_place(session: Session) -> None:
+    point_at_view(session)
+    session.desktop.press("alt+h")
+    finish(session, RECONSTRUCT)
+    seen = session.wait("the view has turned to the head", ANSWER_SECONDS, lambda s: s["heads_seen"][0] > 0.4)
+    expect(seen["colours"] == ["TEXTURE"], f"the view shows {seen['colours'][0]} colours")
+    session.picture("seen-at-once")
+
+
+def an_update_that_is_undone_gives_back_shape_and_skin(session: Session) -> None:
+    made = finish(session, RECONSTRUCT)
+    session.type_into(CLIP_FIELD, str(session.mirrored_clip()))
+    choose_first_head(session)
+    updated = finish(session, RECONSTRUCT)
+    expect(updated["data"].keys() == made["data"].keys(), f"it is not updated: {difference(made, updated)}")
+    for changed in ("object Face", "image Face skin", "image Face eyes"):
+        expect(updated["data"][changed] != made["data"][changed], f"{changed} is not of the other person")
+    undo(session, "ctrl+z", made)
+    undo(session, "ctrl+shift+z", updated)
+    session.picture("update-redone")
+
+
+def edit_mode_entered_meanwhile_mixes_nothing(session: Session) -> None:
+    made = finish(session, RECONSTRUCT)
+    session.type_into(CLIP_FIELD, str(session.mirrored_clip()))
+    choose_first_head(session)
+    start(session, RECONSTRUCT)
+    point_at_view(session)
+    session.desktop.press("Tab")
+    session.wait("the head is in Edit Mode", ANSWER_SECONDS, lambda s: s["mode"] == "EDIT_MESH")
+    session.wait("the job ends", RUN_SECONDS, lambda s: not s["running"])
+    updated = session.settled()
+    expect(updated["mode"] == "OBJECT", f"Blender is in {updated['mode']}")
+    session.desktop.press("Tab")
+    session.wait("the head is in Edit Mode", ANSWER_SECONDS, lambda s: s["mode"] == "EDIT_MESH")
+    session.desktop.press("Tab")
+    session.wait("the head is out of it", ANSWER_SECONDS, lambda s: s["mode"] == "OBJECT")
+    expect_same({"object Face", "image Face skin"}, updated, session.settled())
+    expect(updated["data"]["object Face"] != made["data"]["object Face"], "the head is not the other person's")
+
+
+def a_drag_is_not_disturbed(session: Session) -> None:
+    finish(session, RECONSTRUCT)
+    start(session, RECONSTRUCT)
+    point_at_view(session)
+    session.desktop.press("g")
+    session.wait("the work is done", RUN_SECONDS, lambda s: s["fraction"] > 0.99)
+    expect(session.glance()["running"], "the head changed while it was dragged")
+    session.desktop.press("Return")
+    session.wait("the job ends", ANSWER_SECONDS, lambda s: not s["running"])
+
+
+def point_at_view(session: Session) -> None:
+    """Move the mouse into the 3D view."""
+    left, top, width, height = session.rectangle("editor")
+    session.desktop.point(left + width // 4, top + height // 2)
+    session.glance()
+
+
 def tracking_a_clip_writes_markers_that_one_undo_takes_away(session: Session) -> None:
     before = session.settled()
     tracked = finish(session, TRACK)
@@ -226,6 +285,10 @@ TESTS: dict[str, list[Test]] = {
         one_click_makes_a_head_that_one_undo_takes_away,
         an_expression_is_a_click_and_an_undo_step,
         a_second_person_is_a_second_head,
+        a_head_is_seen_at_once_before_what_stands_in_its_place,
+        an_update_that_is_undone_gives_back_shape_and_skin,
+        edit_mode_entered_meanwhile_mixes_nothing,
+        a_drag_is_not_disturbed,
         blender_closes_while_the_job_runs,
     ],
     "CLIP_EDITOR": [
@@ -263,12 +326,14 @@ def main() -> int:
     parser.add_argument("--zip", type=Path, required=True, help="the extension")
     parser.add_argument("--clip", type=Path, required=True, help="a folder with the folders frames and board")
     parser.add_argument("--out", type=Path, required=True, help="where screenshots and logs go")
+    parser.add_argument("--only", default="", help="a part of the names of the tests to run")
     wanted = parser.parse_args()
     setup = Setup(wanted.zip.absolute(), wanted.clip.absolute(), wanted.out)
     for old in [*setup.out.glob("*.png"), *setup.out.glob("*.log")]:
         old.unlink()
     with Desktop() as desktop:
-        results = [passes(test, editors, desktop, setup) for editors, tests in TESTS.items() for test in tests]
+        tests = [(test, editors) for editors, tests in TESTS.items() for test in tests if wanted.only in test.__name__]
+        results = [passes(test, editors, desktop, setup) for test, editors in tests]
     passed, failed = results.count(True), results.count(False)
     print(f"{passed} passed, {failed} failed", flush=True)
     return 1 if failed else 0

@@ -17,6 +17,8 @@ from typing import Any
 
 import bpy
 import numpy as np
+from bpy_extras.view3d_utils import location_3d_to_region_2d
+from mathutils import Vector
 
 sys.path.insert(0, str(Path(__file__).parent))
 from editors import areas, place, prepare_editor, window
@@ -72,6 +74,9 @@ def shown() -> dict[str, Any]:
         "fraction": running.fraction,
         "smiles": smiles(),
         "head": bpy.context.scene.facewright_clip.head,
+        "mode": bpy.context.mode,
+        "colours": [area.spaces.active.shading.color_type for area in areas("VIEW_3D")],
+        "heads_seen": [seen(area) for area in areas("VIEW_3D")],
         "camera": bpy.context.scene.camera.name if bpy.context.scene.camera else "",
         "views": [area.spaces.active.region_3d.view_perspective for area in areas("VIEW_3D")],
     }
@@ -104,6 +109,28 @@ def hovered() -> str:
     return bpy.context.window_manager.clipboard
 
 
+def seen(area: bpy.types.Area) -> float:
+    """The part of a 3D view's height that the first head takes; 0 where it is not wholly in it, or behind something."""
+    skin = next((obj for obj in bpy.data.objects if obj.get("facewright_part") == "skin"), None)
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    if skin is None or hidden(skin, area):
+        return 0.0
+    points = [skin.matrix_world @ vertex.co for vertex in list(skin.data.vertices)[::20]]
+    places = [location_3d_to_region_2d(region, area.spaces.active.region_3d, point) for point in points]
+    if any(p is None or not (0 <= p.x <= region.width and 0 <= p.y <= region.height) for p in places):
+        return 0.0
+    return (max(p.y for p in places) - min(p.y for p in places)) / region.height
+
+
+def hidden(skin: bpy.types.Object, area: bpy.types.Area) -> bool:
+    """Whether something stands between the eye of a 3D view and a head."""
+    eye = area.spaces.active.region_3d.view_matrix.inverted().translation
+    middle = skin.matrix_world @ (sum((Vector(corner) for corner in skin.bound_box), Vector()) / 8)
+    graph = bpy.context.evaluated_depsgraph_get()
+    met = bpy.context.scene.ray_cast(graph, eye, (middle - eye).normalized())
+    return met[0] and not met[4].get("facewright_part")
+
+
 def smiles() -> dict[str, float]:
     """How much each head smiles, by the names of their skins."""
     skins = [obj for obj in bpy.data.objects if obj.get("facewright_part") == "skin"]
@@ -118,13 +145,15 @@ def data() -> dict[str, str | int]:
     actions = {f"action {action.name}": keys(action) for action in bpy.data.actions}
     clips = {f"clip {clip.name}": fingerprint([*clip.items(), lens(clip)]) for clip in bpy.data.movieclips}
     tracks = {f"tracks {name}": markers(o) for name, o in tracking_objects().items()}
-    return counts | objects | actions | clips | tracks | {"scene": set_in(bpy.context.scene)}
+    pictures = {f"image {picture.name}": pixels(picture) for picture in bpy.data.images}
+    return counts | objects | actions | clips | tracks | pictures | {"scene": set_in(bpy.context.scene)}
 
 
 def described(obj: bpy.types.Object) -> str:
-    """What an object is: of a mesh the hash of its shape, of another its kind and what carries it."""
+    """What an object is: of a mesh its shape, place and report, of another its kind and what carries it."""
     if obj.type == "MESH":
-        return shape(obj.data)
+        place = [round(value, 5) for value in obj.matrix_basis.translation]
+        return f"{shape(obj.data)} at {place}, reported {fingerprint(obj.get('facewright_report'))}"
     return f"{obj.type} below {obj.parent.name}" if obj.parent else obj.type
 
 
@@ -164,6 +193,14 @@ def shape(mesh: bpy.types.Mesh) -> str:
         points.foreach_get("co", coordinates)
         digest.update(coordinates.tobytes())
     return digest.hexdigest()[:16]
+
+
+def pixels(picture: bpy.types.Image) -> str:
+    """Hash of what an image shows, and where a head wears it."""
+    levels = np.empty(len(picture.pixels), np.float32)
+    picture.pixels.foreach_get(levels)
+    wearers = sorted(obj.name for obj in bpy.data.objects if obj.get("facewright_picture") == picture)
+    return f"{hashlib.sha256(levels.tobytes()).hexdigest()[:16]} on {', '.join(wearers)}"
 
 
 def undo_steps() -> int:
