@@ -3,8 +3,16 @@
 import bpy
 
 from . import cli, older_files
-from .animate.operators import FACEWRIGHT_OT_expression
-from .animate.panel import FACEWRIGHT_PT_expressions
+from .animate.keying_set import FacewrightFace
+from .animate.operators import (
+    FACEWRIGHT_OT_clear_keyframes,
+    FACEWRIGHT_OT_expression,
+    FACEWRIGHT_OT_insert_keyframes,
+    FACEWRIGHT_OT_mirror_keys,
+    FACEWRIGHT_OT_reset_keys,
+)
+from .animate.panel import FACEWRIGHT_PT_expressions, FACEWRIGHT_PT_keys
+from .animate.properties import FacewrightKeys
 from .calibrate import following
 from .calibrate.operators import (
     FACEWRIGHT_OT_calibrate,
@@ -82,6 +90,7 @@ CLASSES: tuple[type, ...] = (
     FacewrightClip,
     FacewrightTrack,
     FacewrightMotion,
+    FacewrightKeys,
     FACEWRIGHT_OT_calibrate,
     FACEWRIGHT_OT_open_camera,
     FACEWRIGHT_OT_forget_camera,
@@ -101,6 +110,11 @@ CLASSES: tuple[type, ...] = (
     FACEWRIGHT_OT_choose_rig_camera,
     FACEWRIGHT_OT_reconstruct,
     FACEWRIGHT_OT_expression,
+    FACEWRIGHT_OT_reset_keys,
+    FACEWRIGHT_OT_mirror_keys,
+    FACEWRIGHT_OT_insert_keyframes,
+    FACEWRIGHT_OT_clear_keyframes,
+    FacewrightFace,
     FACEWRIGHT_OT_track,
     FACEWRIGHT_OT_open_tracks,
     FACEWRIGHT_OT_save_tracks,
@@ -122,6 +136,7 @@ CLASSES: tuple[type, ...] = (
     FACEWRIGHT_PT_advanced,
     FACEWRIGHT_PT_report,
     FACEWRIGHT_PT_expressions,
+    FACEWRIGHT_PT_keys,
     FACEWRIGHT_PT_track,
     FACEWRIGHT_PT_track_advanced,
     FACEWRIGHT_PT_tracks,
@@ -139,6 +154,7 @@ def register() -> None:
     bpy.types.Scene.facewright_clip = bpy.props.PointerProperty(type=FacewrightClip)
     bpy.types.Scene.facewright_track = bpy.props.PointerProperty(type=FacewrightTrack)
     bpy.types.Scene.facewright_motion = bpy.props.PointerProperty(type=FacewrightMotion)
+    bpy.types.WindowManager.facewright_keys = bpy.props.PointerProperty(type=FacewrightKeys)
     bpy.types.VIEW3D_MT_mesh_add.append(draw_menu)
     bpy.types.CLIP_MT_clip.append(draw_clip_menu)
     bpy.types.CLIP_MT_clip.append(draw_track_menu)
@@ -156,6 +172,7 @@ def unregister() -> None:
     bpy.types.CLIP_MT_clip.remove(draw_track_menu)
     bpy.types.CLIP_MT_clip.remove(draw_clip_menu)
     bpy.types.VIEW3D_MT_mesh_add.remove(draw_menu)
+    del bpy.types.WindowManager.facewright_keys
     del bpy.types.Scene.facewright_motion
     del bpy.types.Scene.facewright_track
     del bpy.types.Scene.facewright_clip

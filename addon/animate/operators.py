@@ -1,4 +1,7 @@
-"""The expressions' buttons."""
+"""The buttons of expressions and keys."""
+
+from collections.abc import Callable
+from typing import ClassVar
 
 import bpy
 
@@ -7,15 +10,13 @@ from ..modal import Result
 from . import actions
 
 
-class FACEWRIGHT_OT_expression(bpy.types.Operator):
-    """Set the head's shape keys to an expression; with auto keying on, insert keyframes"""
+class OnFace:
+    """Mix-in: an operator on the keys of the face that the buttons act on; `work` does it."""
 
-    bl_idname = "facewright.expression"
-    bl_label = "Expression"
-    bl_options = {"REGISTER", "UNDO"}
-
-    name: bpy.props.StringProperty(name="Expression", default=actions.NEUTRAL)
-    strength: bpy.props.FloatProperty(name="Strength", default=1.0, min=0.0, max=1.0, subtype="FACTOR")
+    bl_options: ClassVar[set[str]] = {"REGISTER", "UNDO"}
+    # Of `bpy.types.Operator`, the other base.
+    report: Callable[[set[str], str], None]
+    poll_message_set: ClassVar[Callable[[str], None]]
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -25,11 +26,139 @@ class FACEWRIGHT_OT_expression(bpy.types.Operator):
         return not complaint
 
     def execute(self, context: bpy.types.Context) -> Result:
-        scene = context.scene
-        frame = scene.frame_current if scene.tool_settings.use_keyframe_insert_auto else None
+        skin = actions.face(context.scene, context.object)
         try:
-            actions.express(actions.face(scene, context.object), self.name, self.strength, frame)
+            said = self.work(context.scene, skin)
         except FacewrightError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
+        if said:
+            self.report({"WARNING"}, said[:1].upper() + said[1:])
         return {"FINISHED"}
+
+    def work(self, scene: bpy.types.Scene, skin: bpy.types.Object) -> str:
+        """Do it; gives a sentence about what could not be done, empty without any."""
+        raise NotImplementedError
+
+
+class Grouped:
+    """Mix-in: for a group of keys, or for the whole face."""
+
+    group: bpy.props.StringProperty(
+        name="Group", description="Group of keys, such as Mouth; empty: the whole face", options={"SKIP_SAVE"}
+    )
+
+
+class Keyed:
+    """Mix-in: sets keys, and keyframes of them if it is asked to."""
+
+    # Blender gives unset properties their last values, but for SKIP_SAVE: a button means the same at every press.
+
+    keyframe: bpy.props.EnumProperty(
+        name="Keyframes",
+        description="Whether keyframes are inserted at the current frame: of every key, so that it shows this pose",
+        items=[
+            (actions.AUTO, "With Auto Keying", "Insert keyframes if auto keying is on"),
+            (actions.INSERT, "Insert", "Insert keyframes"),
+            (actions.NONE, "None", "Set the keys only"),
+        ],
+        default=actions.AUTO,
+        options={"SKIP_SAVE"},
+    )
+
+
+class FACEWRIGHT_OT_expression(OnFace, Keyed, bpy.types.Operator):
+    """Set the head's shape keys to an expression; with auto keying on, insert keyframes of all of them"""
+
+    bl_idname = "facewright.expression"
+    bl_label = "Expression"
+
+    name: bpy.props.StringProperty(name="Expression", default=actions.NEUTRAL)
+    strength: bpy.props.FloatProperty(
+        name="Strength",
+        description="How much of the expression is taken",
+        default=1.0,
+        min=0.0,
+        max=1.0,
+        subtype="FACTOR",
+        options={"SKIP_SAVE"},
+    )
+    blend: bpy.props.EnumProperty(
+        name="Blend",
+        description="How the expression goes onto the present pose",
+        items=actions.BLENDS,
+        default=actions.REPLACE,
+        options={"SKIP_SAVE"},
+    )
+
+    def work(self, scene: bpy.types.Scene, skin: bpy.types.Object) -> str:
+        keying = actions.keying(scene, skin, self.keyframe)
+        return actions.express(skin, self.name, self.strength, self.blend, keying)
+
+
+class FACEWRIGHT_OT_reset_keys(OnFace, Grouped, Keyed, bpy.types.Operator):
+    """Set all keys that expressions are made of to 0, or those of a group; with auto keying on, insert keyframes"""
+
+    bl_idname = "facewright.reset_keys"
+    bl_label = "Clear Pose"
+
+    def work(self, scene: bpy.types.Scene, skin: bpy.types.Object) -> str:
+        return actions.reset(skin, self.group, actions.keying(scene, skin, self.keyframe))
+
+
+class FACEWRIGHT_OT_mirror_keys(OnFace, Grouped, Keyed, bpy.types.Operator):
+    """Exchange the left and right of the pose, or copy one side to the other; with auto keying on, insert keyframes"""
+
+    bl_idname = "facewright.mirror_keys"
+    bl_label = "Mirror"
+
+    direction: bpy.props.EnumProperty(
+        name="Direction",
+        description="What goes where. Left is the person's left",
+        items=[
+            (actions.SWAP, "Swap", "Exchange left and right"),
+            (actions.TO_RIGHT, "Left to Right", "Give the right side what the left one has"),
+            (actions.TO_LEFT, "Right to Left", "Give the left side what the right one has"),
+        ],
+        default=actions.SWAP,
+        options={"SKIP_SAVE"},
+    )
+
+    @classmethod
+    def description(cls, _context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
+        where = f"the keys of {properties.group}" if properties.group else "the pose"
+        return {
+            actions.SWAP: f"Exchange left and right of {where}",
+            actions.TO_RIGHT: f"Copy the person's left side of {where} to the right. Jaw and mouth moved sideways stay",
+            actions.TO_LEFT: f"Copy the person's right side of {where} to the left. Jaw and mouth moved sideways stay",
+        }[properties.direction]
+
+    def work(self, scene: bpy.types.Scene, skin: bpy.types.Object) -> str:
+        keying = actions.keying(scene, skin, self.keyframe)
+        return actions.mirror(skin, self.direction, self.group, keying)
+
+
+class FACEWRIGHT_OT_insert_keyframes(OnFace, Grouped, bpy.types.Operator):
+    """Insert a keyframe of every key of the face at the current frame, whether it has changed or not"""
+
+    bl_idname = "facewright.insert_keyframes"
+    bl_label = "Insert Keyframes"
+
+    def work(self, scene: bpy.types.Scene, skin: bpy.types.Object) -> str:
+        keying = actions.keying(scene, skin, actions.INSERT)
+        assert keying is not None, "keyframes were asked for"
+        return actions.insert(skin, self.group, keying)
+
+
+class FACEWRIGHT_OT_clear_keyframes(OnFace, Grouped, bpy.types.Operator):
+    """Delete the keyframes of the face's keys at the current frame"""
+
+    bl_idname = "facewright.clear_keyframes"
+    bl_label = "Clear Keyframes"
+
+    def work(self, scene: bpy.types.Scene, skin: bpy.types.Object) -> str:
+        if complaint := actions.keying_complaint(skin):
+            raise FacewrightError(complaint)
+        if not actions.clear(skin, self.group, scene.frame_float):
+            raise FacewrightError(f"{skin.name} has no keyframes of its keys at frame {scene.frame_float:g}")
+        return ""

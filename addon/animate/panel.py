@@ -1,16 +1,26 @@
-"""The expressions' panel."""
+"""The panels of expressions and keys."""
 
 import bpy
 
+from ..modal import draw_text
 from . import actions
-from .operators import FACEWRIGHT_OT_expression
+from .operators import (
+    FACEWRIGHT_OT_clear_keyframes,
+    FACEWRIGHT_OT_expression,
+    FACEWRIGHT_OT_insert_keyframes,
+    FACEWRIGHT_OT_mirror_keys,
+    FACEWRIGHT_OT_reset_keys,
+)
 
 
-class FACEWRIGHT_PT_expressions(bpy.types.Panel):
-    bl_label = "Expressions"
+class Side:
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "Facewright"
+
+
+class FACEWRIGHT_PT_expressions(Side, bpy.types.Panel):
+    bl_label = "Expressions"
     bl_order = 3
 
     @classmethod
@@ -18,9 +28,91 @@ class FACEWRIGHT_PT_expressions(bpy.types.Panel):
         return actions.face(context.scene, context.object) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
+        layout, settings = self.layout, context.window_manager.facewright_keys
         face, head = actions.named_face(context.scene, context.object)
         if head:
-            self.layout.label(text=head, icon="USER")
-        grid = self.layout.grid_flow(columns=2, align=True)
+            layout.label(text=head, icon="USER")
+        if complaint := actions.complaint(face):
+            draw_text(layout, context, complaint[:1].upper() + complaint[1:], icon="LIBRARY_DATA_DIRECT")
+        grid = layout.grid_flow(columns=2, align=True)
         for name in actions.names(face):
-            grid.operator(FACEWRIGHT_OT_expression.bl_idname, text=name.capitalize()).name = name
+            button = grid.operator(FACEWRIGHT_OT_expression.bl_idname, text=name.capitalize())
+            button.name = name
+            # What is as usual is left out, so that the button stays one that a script, or a shortcut, can name.
+            for option in actions.changed(settings):
+                setattr(button, option, getattr(settings, option))
+        column = layout.column(align=True)
+        column.prop(settings, "strength", slider=True)
+        column.row(align=True).prop(settings, "blend", expand=True)
+        row = layout.row(align=True)
+        row.operator(FACEWRIGHT_OT_insert_keyframes.bl_idname, icon="KEY_HLT")
+        row.operator(FACEWRIGHT_OT_clear_keyframes.bl_idname, text="Clear", icon="KEY_DEHLT")
+
+
+class FACEWRIGHT_PT_keys(Side, bpy.types.Panel):
+    bl_label = "Keys"
+    bl_parent_id = "FACEWRIGHT_PT_expressions"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, settings = self.layout, context.window_manager.facewright_keys
+        face = actions.face(context.scene, context.object)
+        if face.data.shape_keys is None:
+            return
+        row = layout.row(align=True)
+        row.operator(FACEWRIGHT_OT_reset_keys.bl_idname, icon="LOOP_BACK")
+        draw_mirror(row, "", text=True)
+        layout.prop(settings, "search", text="", icon="VIEWZOOM")
+        is_editable = face.data.shape_keys.is_editable
+        if settings.search.strip():
+            draw_found(layout, face, settings.search, is_editable)
+            return
+        paired = actions.paired(face)
+        for group, blocks in actions.groups(face).items():
+            header, body = layout.panel(f"facewright_keys_{group}", default_closed=True)
+            moved = sum(block.value != 0.0 for block in blocks)
+            header.label(text=f"{group} ({moved} of {len(blocks)})" if moved else group)
+            if body is not None:
+                draw_group(body, group, blocks, is_editable, any(block.name in paired for block in blocks))
+
+
+def draw_found(layout: bpy.types.UILayout, face: bpy.types.Object, text: str, is_editable: bool) -> None:
+    """The keys that a search finds, whatever their groups."""
+    blocks = actions.found(face, text)
+    if not blocks:
+        layout.label(text="No key has these words", icon="INFO")
+    draw_sliders(layout, blocks, is_editable)
+
+
+def draw_group(
+    layout: bpy.types.UILayout, group: str, blocks: list[bpy.types.ShapeKey], is_editable: bool, has_sides: bool
+) -> None:
+    """A group's buttons and sliders."""
+    row = layout.row(align=True)
+    row.operator(FACEWRIGHT_OT_reset_keys.bl_idname, text="Reset", icon="LOOP_BACK").group = group
+    if has_sides:
+        draw_mirror(row, group, text=False)
+    draw_sliders(layout, blocks, is_editable)
+
+
+def draw_mirror(row: bpy.types.UILayout, group: str, text: bool) -> None:
+    """Exchange sides, left to right, right to left."""
+    ways = [
+        (actions.SWAP, "MOD_MIRROR"),
+        (actions.TO_RIGHT, "TRIA_RIGHT"),
+        (actions.TO_LEFT, "TRIA_LEFT"),
+    ]
+    for direction, icon in ways:
+        name = "Mirror" if text and direction == actions.SWAP else ""
+        button = row.operator(FACEWRIGHT_OT_mirror_keys.bl_idname, text=name, icon=icon)
+        button.direction, button.group = direction, group
+
+
+def draw_sliders(layout: bpy.types.UILayout, blocks: list[bpy.types.ShapeKey], is_editable: bool) -> None:
+    """A slider for each key, with the diamond of its keyframes; grey for a head of another file."""
+    column = layout.column(align=True)
+    column.enabled = is_editable
+    for block in blocks:
+        row = column.row(align=True)
+        row.prop(block, "value", text=block.name, slider=True)
+        row.prop_decorator(block, "value")

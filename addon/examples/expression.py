@@ -27,18 +27,17 @@ def main() -> None:
     # An operator that fails raises RuntimeError with the sentence that the artist would see.
     bpy.ops.facewright.reconstruct()
     face = bpy.context.object
-    animate(face)
+    animate(scene)
     scene.frame_end, _, _ = KEYS[-1]
     bpy.ops.wm.save_as_mainfile(filepath=str(Path(blend).resolve()))
     print(f"{face.name} has {len(face.data.shape_keys.key_blocks) - 1} shape keys")
 
 
-def animate(face: bpy.types.Object) -> None:
+def animate(scene: bpy.types.Scene) -> None:
     """Set the expressions one after the other, with a keyframe of every shape key at each."""
     for frame, name, strength in KEYS:
-        bpy.ops.facewright.expression(name=name, strength=strength)
-        for block in face.data.shape_keys.key_blocks[1:]:
-            block.keyframe_insert("value", frame=frame)
+        scene.frame_set(frame)
+        bpy.ops.facewright.expression(name=name, strength=strength, keyframe="INSERT")
 
 
 if __name__ == "__main__":

@@ -8,11 +8,11 @@ from ..engine import Reconstruction
 from . import heads, looks, shapes
 from .axes import to_blender
 from .heads import SKIN, Head
+from .keys import EXPRESSIONS
 from .materials import EYES
 from .materials import SKIN as SKIN_LOOK
 from .standing import free_place
 
-EXPRESSIONS = "facewright_expressions"
 REPORT = "facewright_report"
 # What the last run left as an artist had made it: a JSON list of texts.
 KEPT = "facewright_kept"
@@ -56,22 +56,6 @@ def place(
 def kept(skin: bpy.types.Object) -> list[str]:
     """What the last run on a head left as an artist had made it."""
     return json.loads(skin.get(KEPT, "[]"))
-
-
-def expressions(skin: bpy.types.Object) -> dict[str, dict[str, float]]:
-    """Named poses of a head: values of its keys."""
-    return json.loads(skin.get(EXPRESSIONS, "{}"))
-
-
-def set_keys(skin: bpy.types.Object, values: dict[str, float], frame: float | None) -> None:
-    """Set every key of a head, to 0 where none is named; insert keyframes at a frame if one is given."""
-    blocks = skin.data.shape_keys.key_blocks
-    for block in list(blocks)[1:]:
-        value = min(values.get(block.name, 0.0), block.slider_max)
-        if frame is not None and (block.value != value or value != 0.0):
-            block.value = value
-            block.keyframe_insert("value", frame=frame)
-        block.value = value
 
 
 def _part(head: Head, name: str, vertices: int) -> bpy.types.Object:

@@ -22,10 +22,9 @@ SCORE = [
 
 def main() -> None:
     scene = engine.empty_scene()
-    head_module = engine.addon("scene.head")
-    skin = head_module.place(scene, engine.addon("engine").generic_head())
+    skin = engine.addon("scene.head").place(scene, engine.addon("engine").generic_head())
     scene.frame_start, scene.frame_end = 1, LAST_FRAME
-    poses = head_module.expressions(skin)
+    poses = engine.addon("scene.keys").expressions(skin)
     blocks = skin.data.shape_keys.key_blocks
     acting = sorted({key for _, name in SCORE if name for key in poses[name]})
     for key in acting:

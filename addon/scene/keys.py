@@ -1,0 +1,127 @@
+"""The shape keys of a face: their groups and sides, their values and keyframes, and its named expressions."""
+
+import json
+import re
+from collections.abc import Iterable, Mapping
+
+import bpy
+
+EXPRESSIONS = "facewright_expressions"
+OTHER = "Other"
+# What part of the face a key moves, by ARKit's names and those of the visemes; what else there is, is the artist's.
+GROUPS = {
+    "Brows": re.compile("brow[A-Z]"),
+    "Lids": re.compile("eye(Blink|Squint|Wide)[A-Z]"),
+    "Gaze": re.compile("eyeLook[A-Z]"),
+    "Cheeks": re.compile("cheek[A-Z]"),
+    "Nose": re.compile("nose[A-Z]"),
+    "Jaw": re.compile("jaw[A-Z]"),
+    "Mouth": re.compile("mouth[A-Z]"),
+    "Tongue": re.compile("tongue[A-Z]"),
+    "Visemes": re.compile("viseme_"),
+}
+# These move the whole jaw or mouth to a side: there is no half of the face that they are of.
+SIDEWAYS = {"jawLeft", "jawRight", "mouthLeft", "mouthRight"}
+
+
+def expressions(skin: bpy.types.Object) -> dict[str, dict[str, float]]:
+    """Named poses of a head: values of its keys."""
+    return json.loads(skin.get(EXPRESSIONS, "{}"))
+
+
+def every(skin: bpy.types.Object) -> list[bpy.types.ShapeKey]:
+    """All keys of a face; its shape at rest is none."""
+    return list(skin.data.shape_keys.key_blocks)[1:]
+
+
+def of_poses(skin: bpy.types.Object) -> list[bpy.types.ShapeKey]:
+    """The keys that a pose is made of; those that an artist added, such as a layer of sculpting, are not among them."""
+    named = {name for pose in expressions(skin).values() for name in pose}
+    return [block for block in every(skin) if block.name in named or group_of(block.name) != OTHER]
+
+
+def group_of(name: str) -> str:
+    """The group of a key."""
+    return next((group for group, pattern in GROUPS.items() if pattern.match(name)), OTHER)
+
+
+def grouped(skin: bpy.types.Object) -> dict[str, list[bpy.types.ShapeKey]]:
+    """Every key of a face under its group, in the face's order; no group is empty."""
+    groups: dict[str, list[bpy.types.ShapeKey]] = {group: [] for group in (*GROUPS, OTHER)}
+    for block in every(skin):
+        groups[group_of(block.name)].append(block)
+    return {group: blocks for group, blocks in groups.items() if blocks}
+
+
+def found(skin: bpy.types.Object, text: str) -> list[bpy.types.ShapeKey]:
+    """The keys with all words of a text in their names or in those of their groups."""
+    words = text.lower().split()
+    return [b for b in every(skin) if all(word in f"{b.name} {group_of(b.name)}".lower() for word in words)]
+
+
+def driven(skin: bpy.types.Object) -> set[str]:
+    """The names of the keys that drivers set."""
+    animation = skin.data.shape_keys.animation_data
+    paths = {curve.data_path for curve in animation.drivers} if animation is not None else set()
+    return {block.name for block in every(skin) if block.path_from_id("value") in paths} if paths else set()
+
+
+def pairs(skin: bpy.types.Object) -> list[tuple[bpy.types.ShapeKey, bpy.types.ShapeKey]]:
+    """The left and the right key of each pair of a face, by their names: …Left and …Right, or as Blender has sides."""
+    by_name = {block.name: block for block in every(skin)}
+    others = {name: bpy.utils.flip_name(name) for name in by_name}
+    lefts = [name for name, other in others.items() if others.get(other) == name and _is_left(name, other)]
+    return [(by_name[name], by_name[others[name]]) for name in lefts]
+
+
+def mirrored(skin: bpy.types.Object) -> dict[str, float]:
+    """The values of the paired keys with left and right exchanged."""
+    both = pairs(skin)
+    return {a.name: b.value for a, b in both} | {b.name: a.value for a, b in both}
+
+
+def copied(skin: bpy.types.Object, to_right: bool) -> dict[str, float]:
+    """The values of the keys of one half of a face, given to those of the other half."""
+    both = [pair if to_right else pair[::-1] for pair in pairs(skin)]
+    return {target.name: source.value for source, target in both if target.name not in SIDEWAYS}
+
+
+def set_values(skin: bpy.types.Object, values: Mapping[str, float]) -> None:
+    """Set keys of a face, each within the limits of its slider; those that are not named stay."""
+    blocks = skin.data.shape_keys.key_blocks
+    for name, value in values.items():
+        block = blocks[name]
+        block.value = min(max(value, block.slider_min), block.slider_max)
+
+
+def insert(blocks: Iterable[bpy.types.ShapeKey], frame: float, kind: str = "KEYFRAME") -> list[str]:
+    """Insert a keyframe of the present value of each key; gives the names of those that refuse: locked channels."""
+    return [
+        block.name
+        for block in blocks
+        if not block.keyframe_insert("value", frame=frame, group=group_of(block.name), keytype=kind)
+    ]
+
+
+def delete(blocks: Iterable[bpy.types.ShapeKey], frame: float) -> int:
+    """Delete the keyframes of keys at a frame; gives how many there were."""
+    return sum(block.keyframe_delete("value", frame=frame) for block in blocks if _is_animated(block.id_data))
+
+
+def linked_action(skin: bpy.types.Object) -> str:
+    """The name of the action of a face's keys if it is another file's; else empty."""
+    animation = skin.data.shape_keys.animation_data
+    action = animation.action if animation is not None else None
+    return "" if action is None or action.is_editable else action.name
+
+
+def _is_left(name: str, other: str) -> bool:
+    """Whether the first letter in which two sides' names differ is that of left."""
+    return next((a.lower() == "l" for a, b in zip(name, other) if a != b), False)
+
+
+def _is_animated(keys: bpy.types.Key) -> bool:
+    animation = keys.animation_data
+    return (
+        animation is not None and animation.action is not None and getattr(animation, "action_slot", keys) is not None
+    )
