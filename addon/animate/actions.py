@@ -121,9 +121,15 @@ def insert(skin: Any, group: str, keying: Keying) -> str:
     return _pose(skin, {}, [block.name for block in members(skin, group)], keying)
 
 
-def clear(skin: Any, group: str, frame: float) -> int:
-    """Delete the keyframes of a group, or of the face, at a frame; gives how many there were."""
-    return keys.delete(members(skin, group), frame)
+def clear(skin: Any, group: str, frame: float) -> str:
+    """Delete the keyframes of a group, or of the face, at a frame; gives a sentence about those that are locked."""
+    if sentence := keying_complaint(skin):
+        raise FacewrightError(sentence)
+    deleted, locked = keys.delete(members(skin, group), frame)
+    said = f"the keyframes of {_listed(locked)} stay: their channels are locked" if locked else ""
+    if not deleted:
+        raise FacewrightError(said or f"{skin.name} has no keyframes of its keys at frame {frame:g}")
+    return said
 
 
 def members(skin: Any, group: str) -> list[Any]:

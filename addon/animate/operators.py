@@ -157,8 +157,4 @@ class FACEWRIGHT_OT_clear_keyframes(OnFace, Grouped, bpy.types.Operator):
     bl_label = "Clear Keyframes"
 
     def work(self, scene: bpy.types.Scene, skin: bpy.types.Object) -> str:
-        if complaint := actions.keying_complaint(skin):
-            raise FacewrightError(complaint)
-        if not actions.clear(skin, self.group, scene.frame_float):
-            raise FacewrightError(f"{skin.name} has no keyframes of its keys at frame {scene.frame_float:g}")
-        return ""
+        return actions.clear(skin, self.group, scene.frame_float)

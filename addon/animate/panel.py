@@ -59,9 +59,9 @@ class FACEWRIGHT_PT_keys(Side, bpy.types.Panel):
         face = actions.face(context.scene, context.object)
         if face.data.shape_keys is None:
             return
-        row = layout.row(align=True)
-        row.operator(FACEWRIGHT_OT_reset_keys.bl_idname, icon="LOOP_BACK")
-        draw_mirror(row, "", text=True)
+        column = layout.column(align=True)
+        column.operator(FACEWRIGHT_OT_reset_keys.bl_idname, icon="LOOP_BACK")
+        draw_mirror(column.row(align=True), "", "Mirror")
         layout.prop(settings, "search", text="", icon="VIEWZOOM")
         is_editable = face.data.shape_keys.is_editable
         if settings.search.strip():
@@ -91,20 +91,19 @@ def draw_group(
     row = layout.row(align=True)
     row.operator(FACEWRIGHT_OT_reset_keys.bl_idname, text="Reset", icon="LOOP_BACK").group = group
     if has_sides:
-        draw_mirror(row, group, text=False)
+        draw_mirror(row, group, "")
     draw_sliders(layout, blocks, is_editable)
 
 
-def draw_mirror(row: bpy.types.UILayout, group: str, text: bool) -> None:
+def draw_mirror(row: bpy.types.UILayout, group: str, title: str) -> None:
     """Exchange sides, left to right, right to left."""
     ways = [
-        (actions.SWAP, "MOD_MIRROR"),
-        (actions.TO_RIGHT, "TRIA_RIGHT"),
-        (actions.TO_LEFT, "TRIA_LEFT"),
+        (actions.SWAP, title, "MOD_MIRROR"),
+        (actions.TO_RIGHT, "L → R", "NONE"),
+        (actions.TO_LEFT, "R → L", "NONE"),
     ]
-    for direction, icon in ways:
-        name = "Mirror" if text and direction == actions.SWAP else ""
-        button = row.operator(FACEWRIGHT_OT_mirror_keys.bl_idname, text=name, icon=icon)
+    for direction, text, icon in ways:
+        button = row.operator(FACEWRIGHT_OT_mirror_keys.bl_idname, text=text, icon=icon)
         button.direction, button.group = direction, group
 
 

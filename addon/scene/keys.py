@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping
 
 import bpy
 
+from .pose_keys import curves
+
 EXPRESSIONS = "facewright_expressions"
 OTHER = "Other"
 # What part of the face a key moves, by ARKit's names and those of the visemes; what else there is, is the artist's.
@@ -22,6 +24,8 @@ GROUPS = {
 }
 # These move the whole jaw or mouth to a side: there is no half of the face that they are of.
 SIDEWAYS = {"jawLeft", "jawRight", "mouthLeft", "mouthRight"}
+# Keyframes that are nearer are one to Blender, frames.
+SAME_FRAME = 0.01
 
 
 def expressions(skin: bpy.types.Object) -> dict[str, dict[str, float]]:
@@ -103,9 +107,11 @@ def insert(blocks: Iterable[bpy.types.ShapeKey], frame: float, kind: str = "KEYF
     ]
 
 
-def delete(blocks: Iterable[bpy.types.ShapeKey], frame: float) -> int:
-    """Delete the keyframes of keys at a frame; gives how many there were."""
-    return sum(block.keyframe_delete("value", frame=frame) for block in blocks if _is_animated(block.id_data))
+def delete(blocks: Iterable[bpy.types.ShapeKey], frame: float) -> tuple[int, list[str]]:
+    """Delete the keyframes of keys at a frame; gives how many went, and the names of those in locked channels."""
+    there = [block for block in blocks if _has_keyframe(block, frame)]
+    kept = [block.name for block in there if not block.keyframe_delete("value", frame=frame)]
+    return len(there) - len(kept), kept
 
 
 def linked_action(skin: bpy.types.Object) -> str:
@@ -120,8 +126,7 @@ def _is_left(name: str, other: str) -> bool:
     return next((a.lower() == "l" for a, b in zip(name, other) if a != b), False)
 
 
-def _is_animated(keys: bpy.types.Key) -> bool:
-    animation = keys.animation_data
-    return (
-        animation is not None and animation.action is not None and getattr(animation, "action_slot", keys) is not None
-    )
+def _has_keyframe(block: bpy.types.ShapeKey, frame: float) -> bool:
+    path = block.path_from_id("value")
+    curve = next((curve for curve in curves(block.id_data) or () if curve.data_path == path), None)
+    return curve is not None and any(abs(point.co.x - frame) < SAME_FRAME for point in curve.keyframe_points)

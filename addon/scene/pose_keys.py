@@ -25,12 +25,12 @@ def write(obj: bpy.types.Object, frames: NDArray[np.int64], poses: NDArray[np.fl
 
 def clear(obj: bpy.types.Object) -> None:
     """Take an object's keys of location and rotation away, and its action when nothing is left in it."""
-    curves = _curves(obj)
-    if curves is None:
+    found = curves(obj)
+    if found is None:
         return
-    for curve in [curve for curve in curves if curve.data_path in PATHS]:
-        curves.remove(curve)
-    if len(curves) == 0:
+    for curve in [curve for curve in found if curve.data_path in PATHS]:
+        found.remove(curve)
+    if len(found) == 0:
         action = obj.animation_data.action
         obj.animation_data.action = None
         if not action.users:
@@ -56,9 +56,9 @@ def _curve(obj: bpy.types.Object, path: str, index: int) -> bpy.types.FCurve:
     return action.fcurves.find(path, index=index) or action.fcurves.new(path, index=index)
 
 
-def _curves(obj: bpy.types.Object) -> Any:
-    """The collection with the curves of an object's action; None without any."""
-    animation = obj.animation_data
+def curves(data: bpy.types.ID) -> Any:
+    """The collection with the curves of the action of an object, or other data; None without any."""
+    animation = data.animation_data
     if animation is None or animation.action is None:
         return None
     if not hasattr(animation, "action_slot"):

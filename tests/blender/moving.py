@@ -105,7 +105,7 @@ def seen(frame: int, cloud: str = "Face Points") -> NDArray[np.float64]:
 
 def keyed(obj: bpy.types.Object) -> dict[str, list[tuple[float, float]]]:
     """The keys of an object by their paths and indices."""
-    curves = module("scene.pose_keys")._curves(obj) or []
+    curves = module("scene.pose_keys").curves(obj) or []
     return {f"{c.data_path} {c.array_index}": [tuple(k.co) for k in c.keyframe_points] for c in curves}
 
 

@@ -50,13 +50,13 @@ def frames(skin: bpy.types.Object, name: str) -> list[float]:
     if animation is None or animation.action is None:
         return []
     path = skin.data.shape_keys.key_blocks[name].path_from_id("value")
-    curves = module("scene.pose_keys")._curves(skin.data.shape_keys) or []
+    curves = module("scene.pose_keys").curves(skin.data.shape_keys) or []
     return [float(point.co.x) for curve in curves if curve.data_path == path for point in curve.keyframe_points]
 
 
 def curve(skin: bpy.types.Object, name: str) -> bpy.types.FCurve:
     path = skin.data.shape_keys.key_blocks[name].path_from_id("value")
-    return next(c for c in module("scene.pose_keys")._curves(skin.data.shape_keys) if c.data_path == path)
+    return next(c for c in module("scene.pose_keys").curves(skin.data.shape_keys) if c.data_path == path)
 
 
 def in_view(work: Callable[[], Any]) -> Any:
@@ -467,6 +467,12 @@ def test_a_locked_channel_keeps_its_keyframes_and_is_named(generic_face: bpy.typ
     said = actions.express(generic_face, "neutral", 1.0, "REPLACE", keying)
     assert said == "no keyframe of jawOpen: their channels are locked"
     assert frames(generic_face, "jawOpen") == [1.0] and frames(generic_face, "jawLeft") == [1.0, 20.0]
+    assert actions.clear(generic_face, "", 1.0) == "the keyframes of jawOpen stay: their channels are locked"
+    assert frames(generic_face, "jawOpen") == [1.0] and frames(generic_face, "jawLeft") == [20.0]
+    with pytest.raises(module("engine").FacewrightError, match="the keyframes of jawOpen stay"):
+        actions.clear(generic_face, "", 1.0)
+    with pytest.raises(module("engine").FacewrightError, match="Face has no keyframes of its keys at frame 2.5"):
+        actions.clear(generic_face, "", 2.5)
 
 
 def test_buttons_act_on_the_active_objects_head_alone(clips: Clips) -> None:
@@ -530,7 +536,7 @@ def test_each_button_is_one_undo_step(generic_face: bpy.types.Object) -> None:
 def state() -> list[Any]:
     """Values and keyframes of the face."""
     face = bpy.data.objects["Face"]
-    curves = module("scene.pose_keys")._curves(face.data.shape_keys)
+    curves = module("scene.pose_keys").curves(face.data.shape_keys)
     points = {c.data_path: [tuple(point.co) for point in c.keyframe_points] for c in curves}
     return [{block.name: block.value for block in blocks(face)}, points]
 
