@@ -1,5 +1,6 @@
 """Expressions, values and keyframes of a face's keys: what a frame shows is the pose that was keyed there."""
 
+import json
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import Any
 import bpy
 import numpy as np
 import pytest
+from conftest import PACKAGE
 from people import Clips, evaluated, run, select
 from test_heads_copied import link
 from tracking import Layout, module
@@ -189,6 +191,16 @@ def test_keys_that_the_artist_added_keep_their_values_and_are_keyed(generic_face
     assert frames(generic_face, "Sculpt") == [1.0, 20.0]
 
 
+def test_an_added_key_that_an_expression_names_is_part_of_every_pose(generic_face: bpy.types.Object) -> None:
+    own = generic_face.shape_key_add(name="Smirk", from_mix=False)
+    known = module("scene.keys").expressions(generic_face)
+    generic_face["facewright_expressions"] = json.dumps(known | {"smirk": {"Smirk": 0.5}})
+    FACE.expression(name="smirk")
+    assert own.value == 0.5
+    FACE.expression(name="happiness")
+    assert own.value == 0.0
+
+
 def test_clear_pose_brings_all_keys_to_rest_and_a_group_alone(generic_face: bpy.types.Object) -> None:
     before = random_pose(generic_face, 4)
     FACE.reset_keys(group="Brows")
@@ -314,6 +326,20 @@ def test_the_keying_set_is_not_offered_without_a_face() -> None:
     with pytest.raises(RuntimeError, match="No suitable context info for active keying set"):
         in_view(lambda: bpy.ops.anim.keyframe_insert_by_name(type="FacewrightFace"))
     assert not bpy.data.actions
+
+
+def test_a_file_whose_active_keying_set_is_ours_is_safe_without_the_extension(generic_face: bpy.types.Object) -> None:
+    import addon_utils
+
+    sets = bpy.context.scene.keying_sets_all
+    sets.active = sets["Facewright Face"]
+    in_view(bpy.ops.anim.keyframe_insert)
+    addon_utils.disable(PACKAGE)
+    try:
+        assert "Facewright Face" not in sets and sets.active is None
+    finally:
+        addon_utils.enable(PACKAGE)
+    assert "Facewright Face" in bpy.context.scene.keying_sets_all
 
 
 def test_keyframes_lie_in_a_channel_group_for_each_group_of_keys(generic_face: bpy.types.Object) -> None:
