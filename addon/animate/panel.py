@@ -33,7 +33,7 @@ class FACEWRIGHT_PT_expressions(Side, bpy.types.Panel):
         if head:
             layout.label(text=head, icon="USER")
         if complaint := actions.complaint(face):
-            draw_text(layout, context, complaint[:1].upper() + complaint[1:], icon="LIBRARY_DATA_DIRECT")
+            draw_text(layout, context, complaint[:1].upper() + complaint[1:], icon="INFO")
         grid = layout.grid_flow(columns=2, align=True)
         for name in actions.names(face):
             button = grid.operator(FACEWRIGHT_OT_expression.bl_idname, text=name.capitalize())
