@@ -70,7 +70,7 @@ pub use error_group::ErrorGroup;
 pub use faces::{Appearance, FaceFrame, FaceOptions, Faces, Followed, Look, Pixel, find_faces, find_faces_of};
 pub use files::{check_folder, write_drawing, write_json, write_text};
 pub use formats::Schema;
-pub use frames::{Frame, FrameSet, RigFrames, pictures_in};
+pub use frames::{Frame, FrameSet, RigFrames, pictures_in, video_size};
 pub use given::Given;
 pub use method::Method;
 pub use on_rig::reconstruct_on_rig;

@@ -30,14 +30,8 @@ fn long_film(path: &Path) -> Option<()> {
     made.then_some(())
 }
 
-/// How many frames there are in the folders of a temporary folder.
-fn frames_in(folder: &Path) -> usize {
-    let folders = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    folders.filter_map(|folder| fs::read_dir(folder).ok()).map(Iterator::count).sum()
-}
-
-/// Whether a process runs whose arguments name a path.
-fn is_at_work_in(path: &Path) -> bool {
+/// Whether an ffmpeg runs whose arguments name a path.
+fn is_at_work_on(path: &Path) -> bool {
     let list = Command::new("ps").args(["-eo", "args"]).output().unwrap();
     String::from_utf8_lossy(&list.stdout)
         .lines()
@@ -54,8 +48,8 @@ fn a_signal_while_a_video_is_decoded_ends_it_at_once_and_leaves_nothing() {
         let mut command = Command::new(program().unwrap());
         command.args(["calibrate", "-q"]).arg(&film).arg("-o").arg(folder.path().join("camera.json"));
         let mut child = command.env("TMPDIR", &temporary).stderr(Stdio::piped()).spawn().unwrap();
-        while frames_in(&temporary) == 0 {
-            assert!(child.try_wait().unwrap().is_none(), "it ended before the first frame");
+        while !is_at_work_on(&film) {
+            assert!(child.try_wait().unwrap().is_none(), "it ended before a film was decoded");
             std::thread::sleep(Duration::from_millis(20));
         }
         let asked = Instant::now();
@@ -65,14 +59,28 @@ fn a_signal_while_a_video_is_decoded_ends_it_at_once_and_leaves_nothing() {
         assert_eq!(String::from_utf8_lossy(&said.stderr), "facewright: cancelled\n");
         assert_eq!(said.status.code(), Some(1));
         assert_eq!(fs::read_dir(&temporary).unwrap().count(), 0, "frames were left");
-        assert!(!is_at_work_in(&temporary), "ffmpeg was left");
+        assert!(!is_at_work_on(&film), "ffmpeg was left");
     }
     assert!(!folder.path().join("camera.json").exists());
 }
 
+/// Writes the boards one after the other into a file, as ffmpeg writes pictures into a pipe.
+fn boards_in_one(file: &Path) {
+    let mut all = Vec::new();
+    let mut boards: Vec<_> = fs::read_dir(clip().join("board")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    boards.sort();
+    for board in boards.iter().filter(|path| path.extension().is_some_and(|e| e == "png")) {
+        let picture = image::open(board).unwrap().into_rgb8();
+        all.extend(format!("P6\n{} {}\n255\n", picture.width(), picture.height()).into_bytes());
+        all.extend(picture.into_raw());
+    }
+    fs::write(file, all).unwrap();
+}
+
 /// An ffmpeg that knows one of the options that ask for each frame, and complains of others as ffmpeg does; its films show the boards.
 fn ffmpeg_that_knows(option: &str, folder: &Path) {
-    let boards = clip().join("board").canonicalize().unwrap();
+    let boards = folder.join("boards");
+    boards_in_one(&boards);
     let script = format!(
         r#"#!/bin/sh
 for word in "$@"; do
@@ -80,14 +88,9 @@ for word in "$@"; do
     {option}) known=yes ;;
     -fps_mode | -vsync) echo "[error] Unrecognized option '${{word#-}}'." >&2; exit 1 ;;
     esac
-    last=$word
 done
 test "$known" || exit 1
-k=0
-for board in '{boards}'/*.png; do
-    /bin/cp "$board" "${{last%/*}}/frame_00000$k.png"
-    k=$((k + 1))
-done
+exec /bin/cat '{boards}'
 "#,
         boards = boards.display()
     );

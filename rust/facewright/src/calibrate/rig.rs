@@ -255,7 +255,7 @@ mod tests {
     use crate::Frame;
 
     fn camera(names: &[&str]) -> RigInput {
-        let frames = names.iter().map(|n| Frame { name: (*n).to_owned(), path: n.into() }).collect();
+        let frames = names.iter().map(|n| Frame::file(n, n)).collect();
         RigInput { name: names[0].to_owned(), pictures: FrameSet::of(frames, 640, 480) }
     }
 

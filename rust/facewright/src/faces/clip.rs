@@ -21,11 +21,11 @@ use vision::landmarks::PersonMask;
 
 /// In every so many frames of those that are seen at first, a face is sought that is small or tilted, before a clip is believed to show
 /// none.
-const THOROUGH: usize = 16;
+pub(super) const THOROUGH: usize = 16;
 /// Frames that the nets look at at first, about: enough to see a turn from all sides, to choose from, and to begin with …
-const FIRST_LOOKS: usize = 64;
+pub(super) const FIRST_LOOKS: usize = 64;
 /// … but at least every so many frames, in which a head may turn to the side and back.
-const FARTHEST_LOOKS: usize = 12;
+pub(super) const FARTHEST_LOOKS: usize = 12;
 /// Between looks whose heads are turned against each other by more than this, radians …
 const FAR_RAD: f64 = 0.2;
 /// … or shifted by more of the distance between the eyes, the nets look again.

@@ -9,6 +9,7 @@
 //! the landmarks give a head ([`fit`]); points place it in the frames between ([`place`]), and where they lose it the nets look
 //! again ([`clip`]). [`person`] tells the person from what is behind, [`select`] says which frames are good for shape and texture.
 
+mod anywhere;
 mod appearance;
 mod clip;
 mod cover;
@@ -20,6 +21,7 @@ mod select;
 mod shots;
 mod whose;
 
+pub(crate) use anywhere::check_long_video;
 pub use appearance::{Appearance, COVERED};
 pub use clip::{Clip, Known};
 pub use cover::uncovered;

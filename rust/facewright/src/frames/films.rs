@@ -25,12 +25,12 @@ pub struct RigFrames {
 
 impl FrameSet {
     /// The films of several cameras, one after the other, as one camera without distortion would have taken them: its size and, with
-    /// each film's name, where its pixels come from. The films must outlive what is made of them.
+    /// each film's name, where its pixels come from.
     pub(crate) fn of_films(films: Vec<(&str, &Self, PixelMap)>, (width, height): (u32, u32)) -> Self {
         let (mut frames, mut all) = (Vec::new(), Vec::new());
         for (name, film, map) in films {
             let first = frames.len();
-            let named = |frame: &Frame| Frame { name: format!("{name}_{}", frame.name), path: frame.path.clone() };
+            let named = |frame: &Frame| Frame { name: format!("{name}_{}", frame.name), ..frame.clone() };
             frames.extend(film.frames.iter().map(named));
             all.push(Film { frames: first..frames.len(), map: Some(map) });
         }

@@ -4,6 +4,7 @@
 //! whatever their depth. What was decoded is kept as far as memory allows ([`store`]): a short clip is decoded once, a long one
 //! never stands in memory as a whole.
 
+mod decoded;
 mod films;
 mod folder;
 mod foreign;
@@ -16,21 +17,23 @@ mod video;
 mod whole;
 
 use crate::FacewrightError;
+use decoded::Decoded;
 use films::Film;
 pub use films::RigFrames;
 pub(crate) use folder::is_video;
 pub use folder::pictures_in;
 use geometry::Progress;
 use image::metadata::Orientation;
-use image::{RgbImage, imageops};
+use image::{DynamicImage, RgbImage, imageops};
 pub(crate) use octave::Octave;
-use picture::{Header, exif_focal, load_picture};
+use picture::{Header, exif_focal, load_picture, unreadable};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use store::Store;
 pub(crate) use straight::resampled;
-use tempfile::TempDir;
+pub use video::video_size;
+pub(crate) use video::{Wanted, stream};
 use vision::pyramid::Pyramid;
 
 /// Times of the steps of opening, in parts: videos are decoded, headers are read.
@@ -42,17 +45,44 @@ const PICTURES_ROOM: usize = 24 << 20;
 const PYRAMIDS_ROOM: usize = 128 << 20;
 
 /// One picture.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub struct Frame {
-    /// File name without extension; with the folder or the extension where another frame has the same.
+    /// File name without extension; with the folder or the extension where another frame has the same. Of a video `frame_000480`, by its
+    /// number counted from 0.
     pub name: String,
-    /// Where it is.
+    /// Where it is: its file, or the video that it is of.
     pub path: PathBuf,
+    /// What was decoded, of a video.
+    decoded: Option<Decoded>,
 }
 
 impl Frame {
-    fn of((name, path): (String, PathBuf)) -> Self {
-        Self { name, path }
+    fn of((name, (path, decoded)): (String, (PathBuf, Option<Decoded>))) -> Self {
+        Self { name, path, decoded }
+    }
+
+    /// A picture's file.
+    #[cfg(test)]
+    pub(crate) fn file(name: &str, path: &str) -> Self {
+        Self { name: name.to_owned(), path: path.into(), decoded: None }
+    }
+
+    /// What its header tells.
+    fn header(&self) -> Result<Header, FacewrightError> {
+        match &self.decoded {
+            Some(decoded) => Ok(Header { stored: decoded.size, orientation: Orientation::NoTransforms }),
+            None => Header::read(&self.path),
+        }
+    }
+
+    /// Decodes it, turned as it says itself or as is said here.
+    fn load(&self, turn: Option<Orientation>) -> Result<RgbImage, FacewrightError> {
+        let Some(decoded) = &self.decoded else { return load_picture(&self.path, turn) };
+        let picture = decoded.load(&self.path)?;
+        let Some(turn) = turn else { return Ok(picture) };
+        let mut picture = DynamicImage::from(picture);
+        picture.apply_orientation(turn);
+        Ok(picture.into_rgb8())
     }
 }
 
@@ -80,41 +110,66 @@ pub struct FrameSet {
     turn: Option<Orientation>,
     pictures: Store<RgbImage>,
     pyramids: Store<Halved>,
-    _decoded: Vec<TempDir>,
 }
 
 impl FrameSet {
     /// Opens image files, folders, patterns like `left*.jpg` and videos, in that order, and checks from their headers that all have one size.
     pub fn open(inputs: &[PathBuf], progress: &Progress) -> Result<Self, FacewrightError> {
-        progress.stage("frames")?;
-        let mut paths = Vec::new();
-        let mut decoded = Vec::new();
+        Self::open_numbers(inputs, None, progress)
+    }
+
+    /// The same of some frames only, by their numbers in the order of time, ascending and counted from 0. Those of a video are as Blender
+    /// counts them: a film whose frames do not come at a steady rate is brought to one, and beyond its end its last frame stays.
+    ///
+    /// # Errors
+    /// [`FacewrightError::Option`] for numbers that do not ascend, and for those of several inputs; [`FacewrightError::Read`] where there is
+    /// no frame of a number.
+    pub fn open_numbers(
+        inputs: &[PathBuf],
+        numbers: Option<&[usize]>,
+        progress: &Progress,
+    ) -> Result<Self, FacewrightError> {
+        check_numbers(inputs, numbers)?;
+        let (mut places, mut found) = (Vec::new(), Vec::new());
         let [reading, checking] = progress.split(&PARTS);
         for (input, reading) in inputs.iter().zip(reading.split_evenly(inputs.len())) {
             if is_video(input) {
-                let folder = video::decode(input, paths.len(), &reading)?;
-                paths.extend(pictures_in(folder.path())?);
-                decoded.push(folder);
+                reading.stage("decode")?;
+                let wanted = numbers.map_or(Wanted::All, Wanted::Numbers);
+                for (k, decoded) in video::decode(input, wanted, &reading)?.into_iter().enumerate() {
+                    let number = numbers.map_or(found.len(), |numbers| numbers[k]);
+                    places.push(input.with_extension("").join(format!("frame_{number:06}.png")));
+                    found.push((input.clone(), Some(decoded)));
+                }
             } else {
-                paths.extend(folder::pictures_of(input)?);
+                reading.stage("frames")?;
+                let pictures = folder::pictures_of(input)?;
+                let pictures = numbers.map_or(Ok(pictures.clone()), |numbers| chosen(input, &pictures, numbers))?;
+                places.extend(pictures.iter().cloned());
+                found.extend(pictures.into_iter().map(|path| (path, None)));
             }
         }
-        let frames: Vec<Frame> = names::distinct(&paths).into_iter().zip(paths).map(Frame::of).collect();
+        Self::checked(names::distinct(&places).into_iter().zip(found).map(Frame::of).collect(), &checking)
+    }
+
+    /// Frames whose sizes nobody knows.
+    fn checked(frames: Vec<Frame>, progress: &Progress) -> Result<Self, FacewrightError> {
         let mut headers = Vec::with_capacity(frames.len());
         for (i, frame) in frames.iter().enumerate() {
-            checking.step(i, frames.len())?;
-            headers.push(Header::read(&frame.path)?);
+            progress.step(i, frames.len())?;
+            headers.push(frame.header()?);
         }
         let (turn, (width, height)) = one_size(&frames, &headers)?;
-        let exif_focal = exif_focal(&frames[0].path, (width, height));
-        Ok(Self { exif_focal, turn, _decoded: decoded, ..Self::of(frames, width, height) })
+        let file = frames.first().filter(|frame| frame.decoded.is_none());
+        let exif_focal = file.and_then(|frame| exif_focal(&frame.path, (width, height)));
+        Ok(Self { exif_focal, turn, ..Self::of(frames, width, height) })
     }
 
     /// Frames that are known to be there and of one size.
     pub(crate) fn of(frames: Vec<Frame>, width: u32, height: u32) -> Self {
         let (pictures, pyramids) = (Store::new(frames.len(), PICTURES_ROOM), Store::new(frames.len(), PYRAMIDS_ROOM));
         let films = vec![Film { frames: 0..frames.len(), map: None }];
-        Self { frames, width, height, exif_focal: None, turn: None, films, pictures, pyramids, _decoded: Vec::new() }
+        Self { frames, width, height, exif_focal: None, turn: None, films, pictures, pyramids }
     }
 
     /// Refuses, in words, what was made of another clip: of other names, or another size.
@@ -137,7 +192,9 @@ impl FrameSet {
     /// Refuses the folder of a frame as one to write pictures to: what was filmed is never overwritten.
     pub(crate) fn check_output(&self, folder: &Path) -> Result<(), FacewrightError> {
         let Ok(output) = folder.canonicalize() else { return Ok(()) };
-        let is_there = |frame: &Frame| frame.path.canonicalize().is_ok_and(|path| path.parent() == Some(&output));
+        let is_there = |frame: &Frame| {
+            frame.decoded.is_none() && frame.path.canonicalize().is_ok_and(|path| path.parent() == Some(&output))
+        };
         if self.frames.iter().any(is_there) {
             return Err(FacewrightError::OwnFolder { folder: folder.to_owned() });
         }
@@ -156,7 +213,7 @@ impl FrameSet {
 
     /// Decodes frame `i`, for those who need it once.
     pub fn load(&self, i: usize) -> Result<RgbImage, FacewrightError> {
-        let picture = load_picture(&self.frames[i].path, self.turn)?;
+        let picture = self.frames[i].load(self.turn)?;
         Ok(match self.film_of(i).and_then(|film| film.map.as_ref()) {
             Some(map) => resampled(&picture, map),
             None => picture,
@@ -199,6 +256,28 @@ impl FrameSet {
     }
 }
 
+/// Refuses numbers that are none of one clip's frames in their order.
+fn check_numbers(inputs: &[PathBuf], numbers: Option<&[usize]>) -> Result<(), FacewrightError> {
+    let Some(numbers) = numbers else { return Ok(()) };
+    if inputs.len() == 1 && !numbers.is_empty() && numbers.is_sorted_by(|a, b| a < b) {
+        return Ok(());
+    }
+    let expected = "one or more, ascending, of one video or one folder";
+    Err(FacewrightError::Option { name: "the numbers of the frames", expected })
+}
+
+/// The pictures of some numbers.
+fn chosen(input: &Path, pictures: &[PathBuf], numbers: &[usize]) -> Result<Vec<PathBuf>, FacewrightError> {
+    let count = pictures.len();
+    let of = |&number: &usize| {
+        let there = pictures.get(number).cloned();
+        there.ok_or_else(|| {
+            unreadable(input, &format!("it has {count} frames, counted from 0: there is no frame {number}"))
+        })
+    };
+    numbers.iter().map(of).collect()
+}
+
 /// The size of all frames, and how they are turned where it is not as each of them says: a camera that was itself turned between
 /// pictures is one camera as its sensor sees.
 fn one_size(frames: &[Frame], headers: &[Header]) -> Result<(Option<Orientation>, (u32, u32)), FacewrightError> {
@@ -231,7 +310,8 @@ fn commonest<T: Ord + Copy>(all: &[T]) -> Option<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use image::{DynamicImage, GrayImage, ImageBuffer, Luma, Rgba, RgbaImage};
+    use image::{GrayImage, ImageBuffer, Luma, Rgba, RgbaImage};
+    use tempfile::TempDir;
 
     fn folder_with(pictures: &[(impl AsRef<Path>, DynamicImage)]) -> TempDir {
         let folder = tempfile::tempdir().unwrap();
@@ -329,6 +409,17 @@ mod tests {
         std::fs::create_dir(&clip).unwrap();
         picture().save(clip.join("one.png")).unwrap();
         assert_eq!(names(&[clip]), ["one"]);
+    }
+
+    #[test]
+    fn of_a_folder_the_frames_of_some_numbers_are_opened() {
+        let folder = folder_with(&["f1.png", "f2.png", "f9.png", "f10.png"].map(|n| (n, RgbImage::new(8, 6).into())));
+        let open =
+            |numbers: &[usize]| FrameSet::open_numbers(&[folder.path().to_owned()], Some(numbers), &Progress::new());
+        let names: Vec<String> = open(&[1, 3]).unwrap().frames.into_iter().map(|frame| frame.name).collect();
+        assert_eq!(names, ["f2", "f10"]);
+        let said = open(&[3, 4]).unwrap_err().to_string();
+        assert!(said.contains("it has 4 frames, counted from 0: there is no frame 4"), "{said}");
     }
 
     #[test]

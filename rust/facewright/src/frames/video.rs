@@ -1,108 +1,258 @@
-//! Videos, decoded by ffmpeg into pictures.
+//! Videos, decoded by ffmpeg: its pictures come through a pipe, and no file of them is written.
 
+use super::decoded::Decoded;
 use super::picture::unreadable;
 use crate::FacewrightError;
 use geometry::{Cancelled, Progress};
+use image::RgbImage;
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader, Read};
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
-use tempfile::TempDir;
 
 /// How a film's own frames are asked for, none dropped and none repeated: since ffmpeg 5.1, and before.
 const EACH_FRAME: [&str; 2] = ["-fps_mode", "-vsync"];
 /// Square pixels: what others mean is said beside the picture.
 const SQUARE: &str = "scale=round(iw*sar):ih,setsar=1";
+/// A frame of each number, as Blender counts them: at the film's usual rate from its first picture on, each the last picture that has
+/// begun by then, where a clock that ticks too slowly for the rate is rounded. `fps` alone would take the nearest.
+const NUMBERED: &str = "setpts=ceil((PTS-STARTPTS-0.5)*TB*FRAME_RATE)/(TB*FRAME_RATE),fps=source_fps";
+/// Lets ffmpeg say each frame that it has decoded, also of those that are not wanted.
+const TOLD: &str = "metadata=add:key=decoded:value=1,metadata=print:key=decoded";
 /// How often it is looked whether ffmpeg is done, or is to stop.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// The frames of a video as PNG in a folder that lasts as long as it is held, numbered from `first` on. The folder is gone, and
-/// ffmpeg ended, where the work is cancelled.
-pub(super) fn decode(video: &Path, first: usize, progress: &Progress) -> Result<TempDir, FacewrightError> {
+/// Which frames of a film are wanted.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Wanted<'n> {
+    /// Each that the file holds.
+    All,
+    /// Those of these numbers, ascending and counted from 0 as Blender counts them: a film whose frames do not come at a steady rate is
+    /// brought to one.
+    Numbers(&'n [usize]),
+    /// Every so many of those that the file holds, from the first on.
+    Every(usize),
+}
+
+impl Wanted<'_> {
+    /// What ffmpeg does with the frames.
+    fn filters(self) -> String {
+        match self {
+            Self::All => format!("{TOLD},{SQUARE}"),
+            Self::Every(step) => format!("{TOLD},select='not(mod(n,{step}))',{SQUARE}"),
+            Self::Numbers(numbers) => {
+                format!("{NUMBERED},{TOLD},select='{}',{SQUARE}", any_of(&progressions(numbers)))
+            }
+        }
+    }
+}
+
+/// Numbers as ffmpeg's expressions, each of a stretch of them in equal steps.
+fn progressions(numbers: &[usize]) -> Vec<String> {
+    let (mut stretches, mut rest) = (Vec::new(), numbers);
+    while let [first, ..] = rest {
+        let step = rest.get(1).map_or(1, |second| second - first);
+        let count = 1 + rest.windows(2).take_while(|two| two[1] - two[0] == step).count();
+        stretches.push(format!("between(n,{first},{})*not(mod(n-{first},{step}))", rest[count - 1]));
+        rest = &rest[count..];
+    }
+    stretches
+}
+
+/// The sum of expressions, of which ffmpeg takes a hundred in one bracket at most.
+fn any_of(all: &[String]) -> String {
+    match all {
+        [] => "0".to_owned(),
+        [one] => one.clone(),
+        _ => {
+            let (first, second) = all.split_at(all.len() / 2);
+            format!("({}+{})", any_of(first), any_of(second))
+        }
+    }
+}
+
+/// The frames of a video. ffmpeg has ended, and nothing is left of it, where the work is cancelled.
+///
+/// Numbers beyond the end of a film show its last frame, as they do in Blender: what a file says of its length may count its sound.
+pub(super) fn decode(video: &Path, wanted: Wanted, progress: &Progress) -> Result<Vec<Decoded>, FacewrightError> {
+    let mut frames = super::decoded::Writer::new()?;
+    let keep = |picture: RgbImage| frames.push(&picture, video).map(ControlFlow::Continue);
+    stream(video, wanted, progress, keep)?;
+    let mut frames = frames.finish(video)?;
+    if let Wanted::Numbers(numbers) = wanted {
+        let Some(last) = frames.last().cloned() else {
+            let first = numbers.first().copied().unwrap_or_default();
+            return Err(unreadable(video, &format!("it ends before frame {first}, counted from 0")));
+        };
+        frames.resize(numbers.len(), last);
+    }
+    Ok(frames)
+}
+
+/// Width and height of a video's frames, upright and of square pixels.
+///
+/// # Errors
+/// [`FacewrightError::NoFfmpeg`]; [`FacewrightError::Read`] for what is no video.
+pub fn video_size(video: &Path, progress: &Progress) -> Result<(u32, u32), FacewrightError> {
+    let mut size = None;
+    stream(video, Wanted::All, progress, |picture| {
+        size = Some(picture.dimensions());
+        Ok(ControlFlow::Break(()))
+    })?;
+    size.ok_or_else(|| unreadable(video, &"it holds no picture"))
+}
+
+/// Shows the frames of a video one after the other, until one of them is enough; gives how many were decoded for that, the others among
+/// them.
+///
+/// # Errors
+/// [`FacewrightError::NoFfmpeg`]; [`FacewrightError::Read`] for what is no video; [`FacewrightError::Cancelled`]; those of `see`.
+pub(crate) fn stream(
+    video: &Path,
+    wanted: Wanted,
+    progress: &Progress,
+    mut see: impl FnMut(RgbImage) -> Result<ControlFlow<()>, FacewrightError> + Send,
+) -> Result<usize, FacewrightError> {
     if !video.is_file() {
         return Err(unreadable(video, &"there is no such file"));
     }
-    let folder = tempfile::tempdir().map_err(|e| no_temporary(&e.to_string()))?;
-    let mut end = run(&mut ffmpeg(video, first, EACH_FRAME[0], &folder), video, progress)?;
-    if !end.status.success() && end.complaints.contains(&EACH_FRAME[0][1..]) {
-        end = run(&mut ffmpeg(video, first, EACH_FRAME[1], &folder), video, progress)?;
+    let mut run = |each_frame| run(&mut ffmpeg(video, wanted, each_frame), (video, wanted), progress, &mut see);
+    let mut end = run(EACH_FRAME[0])?;
+    if end.complaints.contains(&EACH_FRAME[0][1..]) && !end.is_good {
+        end = run(EACH_FRAME[1])?;
     }
-    if end.complaints.contains(FULL) {
-        return Err(FacewrightError::TemporaryFull {
-            path: video.to_owned(),
-            folder: std::env::temp_dir(),
-            variable: VARIABLE,
-        });
-    }
-    if end.status.success() { Ok(folder) } else { Err(unreadable(video, &end.complaints.trim())) }
+    if end.is_good { Ok(end.decoded) } else { Err(unreadable(video, &end.complaints.trim())) }
 }
 
-/// What ffmpeg says of a volume without room, whatever the system's language.
-const FULL: &str = "No space left on device";
-/// What tells programs another temporary folder.
-const VARIABLE: &str = if cfg!(windows) { "TEMP" } else { "TMPDIR" };
-
-fn no_temporary(reason: &str) -> FacewrightError {
-    FacewrightError::NoTemporary { folder: std::env::temp_dir(), reason: reason.to_owned(), variable: VARIABLE }
-}
-
-fn ffmpeg(video: &Path, first: usize, each_frame: &str, folder: &TempDir) -> Command {
+fn ffmpeg(video: &Path, wanted: Wanted, each_frame: &str) -> Command {
     // A colon in the name is not a protocol.
     let mut file = OsString::from("file:");
     file.push(video);
     let mut command = Command::new("ffmpeg");
     // The film's duration is a piece of information, and each line tells of what kind it is.
-    command.args(["-nostdin", "-hide_banner", "-nostats", "-loglevel", "level+info", "-progress", "pipe:1", "-i"]);
-    command.arg(file).args(["-vf", SQUARE, each_frame, "passthrough", "-start_number"]).arg(first.to_string());
-    command.arg(folder.path().join("frame_%06d.png"));
+    command.args(["-nostdin", "-hide_banner", "-nostats", "-loglevel", "level+info", "-i"]).arg(file);
+    command.args(["-vf", &wanted.filters(), each_frame, "passthrough"]);
+    if let Wanted::Numbers(numbers) = wanted {
+        command.arg("-frames:v").arg(numbers.len().to_string());
+    }
+    command.args(["-f", "image2pipe", "-c:v", "ppm", "-pix_fmt", "rgb24", "pipe:1"]);
     command
 }
 
 /// How ffmpeg ended.
 struct End {
-    status: ExitStatus,
+    /// By itself and well, or because it was enough.
+    is_good: bool,
     /// Its errors, a line each.
     complaints: String,
+    /// How many frames were decoded.
+    decoded: usize,
+}
+
+/// How far ffmpeg is, as it says it.
+#[derive(Default)]
+struct Told {
+    length_us: AtomicU64,
+    done_us: AtomicU64,
+    frames: AtomicU64,
+}
+
+impl Told {
+    /// Moves the bar.
+    fn step(&self, wanted: Wanted, progress: &Progress) -> Result<(), Cancelled> {
+        let [length, done, frames] =
+            [&self.length_us, &self.done_us, &self.frames].map(|told| told.load(Ordering::Relaxed) as usize);
+        match wanted {
+            Wanted::Numbers(numbers) => progress.step(frames, numbers.last().map_or(1, |last| last + 1)),
+            // A film that does not tell its length is nowhere until its end.
+            Wanted::All | Wanted::Every(_) => progress.step(if length == 0 { 0 } else { done }, length),
+        }
+    }
+
+    /// The errors among what ffmpeg says, as it ends; on the way the length of the film, and how far it is.
+    fn listen(&self, said: impl Read) -> String {
+        let mut complaints = String::new();
+        for line in BufReader::new(said).split(b'\n').map_while(Result::ok) {
+            let line = String::from_utf8_lossy(&line);
+            if let Some((_, error)) = line.split_once("[error] ").or_else(|| line.split_once("[fatal] ")) {
+                complaints = complaints + error.trim_end() + "\n";
+            } else if let Some((_, rest)) = line.split_once("Duration: ") {
+                store(&self.length_us, rest.split([',', ' ']).next().and_then(microseconds));
+            } else if let Some((_, rest)) = line.split_once("[info] frame:") {
+                store(
+                    &self.frames,
+                    rest.split(' ').next().and_then(|number| number.parse().ok()).map(|number: u64| number + 1),
+                );
+                store(&self.done_us, rest.split_once("pts_time:").and_then(|(_, time)| microseconds(time)));
+            }
+        }
+        complaints
+    }
+}
+
+fn store(place: &AtomicU64, value: Option<u64>) {
+    value.into_iter().for_each(|value| place.store(value, Ordering::Relaxed));
+}
+
+/// A time as ffmpeg writes it, `00:01:02.50` or `62.5`.
+fn microseconds(text: &str) -> Option<u64> {
+    let seconds = text.trim().split(':').try_fold(0.0, |sum: f64, part| Some(60.0 * sum + part.parse::<f64>().ok()?));
+    seconds.filter(|seconds| *seconds >= 0.0).map(|seconds| (seconds * 1e6) as u64)
 }
 
 /// Runs ffmpeg to its end, or ends it.
-fn run(command: &mut Command, video: &Path, progress: &Progress) -> Result<End, FacewrightError> {
+fn run(
+    command: &mut Command,
+    (video, wanted): (&Path, Wanted),
+    progress: &Progress,
+    see: &mut (impl FnMut(RgbImage) -> Result<ControlFlow<()>, FacewrightError> + Send),
+) -> Result<End, FacewrightError> {
     // Ctrl-C in a terminal goes to a whole group: it is for us to say what was cancelled.
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(command, 0);
+    // Blender is no program of a console, and none is to open for ffmpeg.
+    #[cfg(windows)]
+    std::os::windows::process::CommandExt::creation_flags(command, 0x0800_0000);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().map_err(|e| match e.kind() {
         std::io::ErrorKind::NotFound => FacewrightError::NoFfmpeg { path: video.to_owned() },
         _ => unreadable(video, &e),
     })?;
-    let (told, said) = (child.stdout.take(), child.stderr.take());
-    let (length_us, done_us) = (AtomicU64::new(0), AtomicU64::new(0));
+    let (shown, said) = (child.stdout.take(), child.stderr.take());
+    let (told, is_enough) = (Told::default(), AtomicBool::new(false));
     std::thread::scope(|scope| {
-        let listening = scope.spawn(|| said.map_or_else(String::new, |said| complaints(said, &length_us)));
-        scope.spawn(|| told.map_or((), |told| follow(told, &done_us)));
-        let status = wait(&mut child, || {
-            let [done, length] = [&done_us, &length_us].map(|us| us.load(Ordering::Relaxed) as usize);
-            // A film that does not tell its length is nowhere until its end.
-            progress.step(if length == 0 { 0 } else { done }, length)
+        let listening = scope.spawn(|| said.map_or_else(String::new, |said| told.listen(said)));
+        let seeing = scope.spawn(|| {
+            let seen = shown.map_or(Ok(ControlFlow::Continue(())), |shown| pictures(shown, see));
+            is_enough.store(!matches!(seen, Ok(ControlFlow::Continue(()))), Ordering::Relaxed);
+            seen
         });
+        let status = wait(&mut child, &is_enough, || told.step(wanted, progress));
         let complaints = listening.join().unwrap_or_default();
-        status.and_then(|status| Ok(End { status: status.map_err(|e| unreadable(video, &e))?, complaints }))
+        let seen = seeing.join();
+        let is_good = status?.map_err(|e| unreadable(video, &e))?.success();
+        let seen = seen.unwrap_or(Ok(ControlFlow::Continue(())))?;
+        let decoded = told.frames.load(Ordering::Relaxed) as usize;
+        Ok(End { is_good: is_good || seen.is_break(), complaints, decoded })
     })
 }
 
-/// Waits for a child as long as it may go on; then it is ended.
+/// Waits for a child as long as it may go on; then, or when it has shown enough, it is ended.
 fn wait(
     child: &mut Child,
+    is_enough: &AtomicBool,
     may_go_on: impl Fn() -> Result<(), Cancelled>,
 ) -> Result<std::io::Result<ExitStatus>, FacewrightError> {
     loop {
-        if let Err(cancelled) = may_go_on() {
+        let outcome = may_go_on();
+        if outcome.is_err() || is_enough.load(Ordering::Relaxed) {
             // One that has ended by itself needs no end; waiting leaves nothing of it.
             let _ = child.kill();
-            let _ = child.wait();
-            return Err(cancelled.into());
+            let status = child.wait();
+            return outcome.map(|()| status).map_err(Into::into);
         }
         match child.try_wait() {
             Ok(Some(status)) => return may_go_on().map(|()| Ok(status)).map_err(Into::into),
@@ -112,33 +262,42 @@ fn wait(
     }
 }
 
-/// The errors among what ffmpeg says, as it ends; on the way the length of the film.
-fn complaints(said: impl Read, length_us: &AtomicU64) -> String {
-    let mut complaints = String::new();
-    for line in BufReader::new(said).split(b'\n').map_while(Result::ok) {
-        let line = String::from_utf8_lossy(&line);
-        if let Some((_, error)) = line.split_once("[error] ").or_else(|| line.split_once("[fatal] ")) {
-            complaints = complaints + error.trim_end() + "\n";
-        } else if let Some((_, rest)) = line.split_once("Duration: ") {
-            let length = rest.split([',', ' ']).next().and_then(microseconds);
-            length.into_iter().for_each(|length| length_us.store(length, Ordering::Relaxed));
+/// Shows the pictures of a pipe, each a PPM, until it ends or one is enough.
+fn pictures(
+    pipe: impl Read,
+    see: &mut impl FnMut(RgbImage) -> Result<ControlFlow<()>, FacewrightError>,
+) -> Result<ControlFlow<()>, FacewrightError> {
+    let mut pipe = BufReader::new(pipe);
+    // How ffmpeg ended says why a picture is not whole.
+    while let Some(picture) = picture(&mut pipe) {
+        if see(picture)?.is_break() {
+            return Ok(ControlFlow::Break(()));
         }
     }
-    complaints
+    Ok(ControlFlow::Continue(()))
 }
 
-/// How far ffmpeg is, as it says it.
-fn follow(told: impl Read, done_us: &AtomicU64) {
-    for line in BufReader::new(told).lines().map_while(Result::ok) {
-        let done = line.strip_prefix("out_time=").and_then(microseconds);
-        done.into_iter().for_each(|done| done_us.store(done, Ordering::Relaxed));
+/// The next picture of a pipe: `P6`, width, height and 255, each followed by one white space, then the bytes.
+fn picture(pipe: &mut impl BufRead) -> Option<RgbImage> {
+    let mut word = || -> Option<String> {
+        let mut word = Vec::new();
+        loop {
+            let mut byte = [0];
+            pipe.read_exact(&mut byte).ok()?;
+            if byte[0].is_ascii_whitespace() {
+                return String::from_utf8(word).ok();
+            }
+            word.push(byte[0]);
+        }
+    };
+    let [kind, width, height, most] = [word()?, word()?, word()?, word()?];
+    let (width, height): (u32, u32) = (width.parse().ok()?, height.parse().ok()?);
+    if kind != "P6" || most != "255" {
+        return None;
     }
-}
-
-/// A time as ffmpeg writes it, `00:01:02.50`.
-fn microseconds(text: &str) -> Option<u64> {
-    let seconds = text.trim().split(':').try_fold(0.0, |sum: f64, part| Some(60.0 * sum + part.parse::<f64>().ok()?));
-    seconds.filter(|seconds| *seconds >= 0.0).map(|seconds| (seconds * 1e6) as u64)
+    let mut bytes = vec![0; 3 * width as usize * height as usize];
+    pipe.read_exact(&mut bytes).ok()?;
+    RgbImage::from_raw(width, height, bytes)
 }
 
 #[cfg(test)]
@@ -213,7 +372,7 @@ mod tests {
         }
         let progress = Progress::new();
         std::thread::scope(|scope| {
-            let decoding = scope.spawn(|| decode(&path, 0, &progress));
+            let decoding = scope.spawn(|| decode(&path, Wanted::All, &progress));
             while progress.snapshot().fraction < 0.02 {
                 assert!(!decoding.is_finished(), "it ended before the bar moved");
                 std::thread::sleep(LOOK);
@@ -227,14 +386,100 @@ mod tests {
 
     #[test]
     fn what_ffmpeg_says_is_told_apart() {
-        let length = AtomicU64::new(0);
+        let told = Told::default();
         let said = b"Input #0, avi, from 'a':\n[info]   Duration: 00:01:02.50, start: 0.000000\n[mpeg4 @ 0x5] [error] header damaged\n";
-        assert_eq!(complaints(&said[..], &length), "header damaged\n");
-        assert_eq!(length.load(Ordering::Relaxed), 62_500_000);
-        assert_eq!(complaints(&b"[info]   Duration: N/A, start: 0\n"[..], &length), "");
-        assert_eq!(length.load(Ordering::Relaxed), 62_500_000);
-        follow(&b"frame=3\nout_time=00:00:01.000000\nout_time=N/A\n"[..], &length);
-        assert_eq!(length.load(Ordering::Relaxed), 1_000_000);
+        assert_eq!(told.listen(&said[..]), "header damaged\n");
+        assert_eq!(told.length_us.load(Ordering::Relaxed), 62_500_000);
+        assert_eq!(told.listen(&b"[info]   Duration: N/A, start: 0\n"[..]), "");
+        assert_eq!(told.length_us.load(Ordering::Relaxed), 62_500_000);
+        told.listen(
+            &b"[Parsed_metadata_1 @ 0x5] [info] frame:7    pts:20 pts_time:1.25\n[info] frame:x pts_time:N/A\n"[..],
+        );
+        assert_eq!((told.frames.load(Ordering::Relaxed), told.done_us.load(Ordering::Relaxed)), (8, 1_250_000));
+    }
+
+    /// A film whose k-th frame of three seconds is of the level 30 + 2 k.
+    fn levels(path: &Path, filters: &str) -> Option<()> {
+        let source = format!("color=black:s=32x32:r=30:d=3,geq=lum='30+2*N':cb=128:cr=128{filters}");
+        let mut command = Command::new("ffmpeg");
+        command.args(["-nostdin", "-loglevel", "error", "-f", "lavfi", "-i", &source, EACH_FRAME[0], "passthrough"]);
+        let made = command.args(["-c:v", "mpeg4", "-q:v", "1", "-enc_time_base", "1:3000"]).arg(path).status();
+        let made = made.ok().filter(std::process::ExitStatus::success);
+        if made.is_none() {
+            println!("skipped: there is no ffmpeg here that makes such a film");
+        }
+        made.map(drop)
+    }
+
+    /// Which frames of the film they are.
+    fn shown(path: &Path, numbers: &[usize]) -> Vec<(String, i32)> {
+        let frames = FrameSet::open_numbers(&[path.to_owned()], Some(numbers), &Progress::new()).unwrap();
+        let which = |i: usize| {
+            let level = f64::from(frames.load(i).unwrap().get_pixel(16, 16)[1]) * 219.0 / 255.0 + 16.0;
+            ((level - 30.0) / 2.0).round() as i32
+        };
+        (0..frames.len()).map(|i| (frames.frames[i].name.clone(), which(i))).collect()
+    }
+
+    #[test]
+    fn numbers_are_of_the_steady_rate_and_name_the_frames() {
+        let folder = tempfile::tempdir().unwrap();
+        let steady = folder.path().join("steady.mp4");
+        let Some(()) = levels(&steady, "") else { return };
+        let expected = |pairs: &[(usize, i32)]| -> Vec<(String, i32)> {
+            pairs.iter().map(|(number, which)| (format!("frame_{number:06}"), *which)).collect()
+        };
+        assert_eq!(
+            shown(&steady, &[0, 1, 2, 48, 66, 89]),
+            expected(&[(0, 0), (1, 1), (2, 2), (48, 48), (66, 66), (89, 89)])
+        );
+        assert_eq!(
+            shown(&steady, &[88, 89, 90, 97]),
+            expected(&[(88, 88), (89, 89), (90, 89), (97, 89)]),
+            "the last stays"
+        );
+        // From the 20th on, three of seven are left out, and what is left comes a little late.
+        let unsteady = folder.path().join("unsteady.mp4");
+        let Some(()) =
+            levels(&unsteady, ",select='lt(mod(n\\,7)\\,4)+lt(n\\,20)',settb=1/3000,setpts='PTS+30*gt(N,0)'")
+        else {
+            return;
+        };
+        let late =
+            [(0, 0), (1, 0), (2, 1), (20, 19), (21, 19), (22, 21), (25, 24), (26, 24), (28, 24), (29, 28), (60, 59)];
+        assert_eq!(shown(&unsteady, &late.map(|(number, _)| number)), expected(&late));
+    }
+
+    #[test]
+    fn any_number_of_stretches_is_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.mp4");
+        let mut command = Command::new("ffmpeg");
+        command.args(["-nostdin", "-loglevel", "error", "-f", "lavfi"]);
+        let made = command.args(["-i", "color=gray:s=16x16:r=30:d=60", "-c:v", "mpeg4"]).arg(&path).status();
+        if !made.is_ok_and(|status| status.success()) {
+            println!("skipped: there is no ffmpeg here");
+            return;
+        }
+        let uneven: Vec<usize> = (0..300).map(|k| k * 5 + k % 3 * k % 2).collect();
+        assert_eq!(progressions(&[3, 4, 5, 9, 15, 21, 40]).len(), 3);
+        assert_eq!(decode(&path, Wanted::Numbers(&uneven), &Progress::new()).unwrap().len(), 300);
+        let beyond = decode(&path, Wanted::Numbers(&[1800, 1801]), &Progress::new()).unwrap_err().to_string();
+        assert!(beyond.contains("it ends before frame 1800"), "{beyond}");
+    }
+
+    #[test]
+    fn numbers_of_nothing_in_particular_are_refused() {
+        let open = |inputs: &[&str], numbers: &[usize]| {
+            let inputs: Vec<_> = inputs.iter().map(Into::into).collect();
+            FrameSet::open_numbers(&inputs, Some(numbers), &Progress::new()).unwrap_err().to_string()
+        };
+        for (inputs, numbers) in
+            [(&["a.mp4", "b.mp4"][..], &[0, 1][..]), (&["a.mp4"], &[]), (&["a.mp4"], &[1, 1]), (&["a.mp4"], &[2, 1])]
+        {
+            let said = open(inputs, numbers);
+            assert!(said.contains("numbers of the frames must be one or more, ascending"), "{said}");
+        }
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! `facewright faces`.
 
-use super::inputs::{camera, check_output, open};
+use super::inputs::{camera, check_output, open_clip};
 use super::summary::Summary;
 use crate::{Assets, FaceOptions, FacewrightError, find_faces_of};
 use clap::Args;
@@ -30,8 +30,9 @@ impl FacesCommand {
     pub(super) fn run(&self, assets: &Path, progress: &Progress) -> Result<Summary, FacewrightError> {
         let camera = camera(self.camera.as_deref())?;
         check_output(&self.output)?;
-        let (frames, progress) = open(&self.frames, progress)?;
-        let faces = find_faces_of(&frames, &Assets::load(assets)?, camera.as_ref(), &self.options, &progress)?;
+        let load = || Assets::load(assets);
+        let (frames, assets, progress) = open_clip((&self.frames, None), None, load, progress)?;
+        let faces = find_faces_of(&frames, &assets, camera.as_ref(), &self.options, &progress)?;
         faces.write(&self.output)?;
         let (looked, seen) = faces.counts();
         let text = format!(

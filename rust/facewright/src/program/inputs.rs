@@ -1,14 +1,16 @@
 //! Files that commands read, and places that they write to.
 
+use crate::faces::check_long_video;
 use crate::frames::is_video;
-use crate::{Faces, FacewrightError, FrameSet, HeadMotion, RigFrames, SourcedCamera, check_folder};
+use crate::{Assets, Faces, FacewrightError, FrameSet, HeadMotion, RigFrames, SourcedCamera, check_folder};
 use geometry::Progress;
+use std::borrow::Borrow;
 use std::path::{Path, PathBuf};
 
 /// Times of the steps of a command, in parts: its pictures are opened, then it works on them …
 const PARTS: [f64; 2] = [0.03, 0.97];
 /// … and of one with a video, which is decoded first.
-const PARTS_OF_VIDEO: [f64; 2] = [0.25, 0.75];
+const PARTS_OF_VIDEO: [f64; 2] = [0.05, 0.95];
 
 fn parts<'i>(mut inputs: impl Iterator<Item = &'i Path>) -> &'static [f64; 2] {
     if inputs.any(is_video) { &PARTS_OF_VIDEO } else { &PARTS }
@@ -16,8 +18,37 @@ fn parts<'i>(mut inputs: impl Iterator<Item = &'i Path>) -> &'static [f64; 2] {
 
 /// Opens the pictures of a command; also what is left of its progress for the work on them.
 pub fn open(inputs: &[PathBuf], progress: &Progress) -> Result<(FrameSet, Progress), FacewrightError> {
+    open_numbers(inputs, None, progress)
+}
+
+/// Opens the frames of a command that looks for a face in them, all or those of some numbers, and loads its assets. Of a long video a face is
+/// sought first, if nobody has found it before.
+pub fn open_clip<A: Borrow<Assets>>(
+    (inputs, numbers): (&[PathBuf], Option<&[usize]>),
+    faces: Option<&Faces>,
+    load: impl FnOnce() -> Result<A, FacewrightError>,
+    progress: &Progress,
+) -> Result<(FrameSet, A, Progress), FacewrightError> {
+    let video =
+        inputs.first().filter(|video| inputs.len() == 1 && faces.is_none() && is_video(video) && video.is_file());
+    let Some(video) = video else {
+        let (frames, progress) = open_numbers(inputs, numbers, progress)?;
+        return Ok((frames, load()?, progress));
+    };
+    let (assets, [seeking, progress]) = (load()?, progress.split(&PARTS));
+    check_long_video(video, numbers, &assets.borrow().landmarker, &seeking)?;
+    let (frames, progress) = open_numbers(inputs, numbers, &progress)?;
+    Ok((frames, assets, progress))
+}
+
+/// Opens the pictures of some numbers only.
+pub fn open_numbers(
+    inputs: &[PathBuf],
+    numbers: Option<&[usize]>,
+    progress: &Progress,
+) -> Result<(FrameSet, Progress), FacewrightError> {
     let [opening, working] = progress.split(parts(inputs.iter().map(PathBuf::as_path)));
-    Ok((FrameSet::open(inputs, &opening)?, working))
+    Ok((FrameSet::open_numbers(inputs, numbers, &opening)?, working))
 }
 
 /// Whether frames are told apart by a rig's cameras, as in `left=DIR`; a file of such a name is a file.

@@ -23,7 +23,7 @@ mod watch;
 pub use board::BoardCommand;
 pub use calibrate::CalibrateCommand;
 pub use faces::FacesCommand;
-pub use inputs::{check_output, motion as read_motion, open as open_frames, open_films};
+pub use inputs::{check_output, motion as read_motion, open as open_frames, open_clip, open_films, open_numbers};
 pub use markdown::help_markdown;
 pub use matches::{MatchCommand, draw_match, match_steps};
 pub use motion::MotionCommand;

@@ -1,6 +1,6 @@
 //! `facewright reconstruct`.
 
-use super::inputs::{camera, faces, motion, open, open_films};
+use super::inputs::{camera, faces, motion, open_clip, open_films};
 use super::summary::Summary;
 use crate::{
     Assets, CalibratedRig, FacewrightError, Given, ReconstructOptions, Reconstruction, Tracks, check_folder,
@@ -63,8 +63,9 @@ impl ReconstructCommand {
             faces: faces(self.faces.as_deref())?,
         };
         check_folder(&self.output)?;
-        let (frames, progress) = open(&self.frames, progress)?;
-        reconstruct(&frames, &Assets::load(assets)?, &given, &self.options, &progress)
+        let load = || Assets::load(assets);
+        let (frames, assets, progress) = open_clip((&self.frames, None), given.faces.as_ref(), load, progress)?;
+        reconstruct(&frames, &assets, &given, &self.options, &progress)
     }
 
     fn on_rig(&self, rig: &Path, assets: &Path, progress: &Progress) -> Result<Reconstruction, FacewrightError> {

@@ -1,6 +1,6 @@
 //! `facewright track`.
 
-use super::inputs::{camera, check_output, faces, open};
+use super::inputs::{camera, check_output, faces, open_clip};
 use super::summary::Summary;
 use crate::{Assets, FacewrightError, TrackClipOptions, track, write_json};
 use clap::Args;
@@ -33,8 +33,9 @@ impl TrackCommand {
     pub(super) fn run(&self, assets: &Path, progress: &Progress) -> Result<Summary, FacewrightError> {
         let (camera, faces) = (camera(self.camera.as_deref())?, faces(self.faces.as_deref())?);
         check_output(&self.output)?;
-        let (frames, progress) = open(&self.frames, progress)?;
-        let tracks = track(&frames, &Assets::load(assets)?, camera.as_ref(), faces.as_ref(), &self.options, &progress)?;
+        let load = || Assets::load(assets);
+        let (frames, assets, progress) = open_clip((&self.frames, None), faces.as_ref(), load, progress)?;
+        let tracks = track(&frames, &assets, camera.as_ref(), faces.as_ref(), &self.options, &progress)?;
         write_json(&self.output, &tracks)?;
         let used = tracks.frames.iter().filter(|f| f.used).count();
         let text = format!(
