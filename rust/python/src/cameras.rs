@@ -7,7 +7,7 @@ use crate::options::{CalibrateOptions, SheetOptions, UndistortOptions};
 use drawing::Format;
 use facewright::pictures::board::sheet;
 use facewright::pictures::calibration::{DPI, of_camera, of_rig};
-use facewright::program::open_frames;
+use facewright::program::open_numbers;
 use facewright::{CameraFile, FacewrightError as CoreError, FrameSet, RigInput, write_drawing};
 use geometry::Progress;
 use pyo3::prelude::*;
@@ -32,15 +32,17 @@ pub fn save_board(
 
 /// Calibrate a camera from image files, folders or videos of a board; the job's result is a Camera.
 ///
+/// `numbers` are those that are used of one video or folder, ascending and counted from 0, as Blender counts them.
 /// `options` or further keywords are those of CalibrateOptions. The result is also drawn into `picture`, as by
 /// save_calibration_picture.
 ///
 /// Raises OptionError and OutputError at once. The job raises InputError for pictures that cannot be read, CameraError
 /// where the board is found in too few of them, or they do not tell the camera.
 #[pyfunction]
-#[pyo3(signature = (pictures, *, picture = None, options = None, **fields))]
+#[pyo3(signature = (pictures, *, numbers = None, picture = None, options = None, **fields))]
 pub fn calibrate(
     pictures: Vec<PathBuf>,
+    numbers: Option<Vec<usize>>,
     picture: Option<PathBuf>,
     options: Option<&Bound<'_, CalibrateOptions>>,
     fields: Option<&Bound<'_, PyDict>>,
@@ -48,7 +50,7 @@ pub fn calibrate(
     let options = CalibrateOptions::merged(options, fields)?;
     check_picture(picture.as_deref())?;
     Job::start(move |progress| {
-        let (frames, progress) = open_frames(&pictures, progress)?;
+        let (frames, progress) = open_numbers(&pictures, numbers.as_deref(), progress)?;
         let calibrated = facewright::calibrate(&frames, &options, &progress)?;
         picture.map_or(Ok(()), |path| write_drawing(&path, &of_camera(&calibrated), DPI))?;
         Ok(Output::Camera(Box::new(CameraFile::Calibrated(Box::new(calibrated)))))
@@ -103,16 +105,18 @@ pub fn save_calibration_picture(py: Python<'_>, calibration: Calibration, path: 
 /// Write image files, folders of them or videos without lens distortion into a folder, as PNG under their names.
 ///
 /// `camera` is a Camera, or the text of its file. The job's result is the Camera of the new pictures, which is also
-/// left as camera.json among them. `options` or further keywords are those of UndistortOptions.
+/// left as camera.json among them. `numbers` are those that are used of one video or folder, ascending and counted from
+/// 0, as Blender counts them. `options` or further keywords are those of UndistortOptions.
 ///
 /// Raises OutputError at once where the folder cannot be written. The job raises InputError for pictures that cannot be
 /// read, CameraError for the camera of another size.
 #[pyfunction]
-#[pyo3(signature = (pictures, folder, *, camera, options = None, **fields))]
+#[pyo3(signature = (pictures, folder, *, camera, numbers = None, options = None, **fields))]
 pub fn undistort(
     pictures: Vec<PathBuf>,
     folder: PathBuf,
     camera: Or<Camera>,
+    numbers: Option<Vec<usize>>,
     options: Option<&Bound<'_, UndistortOptions>>,
     fields: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Job> {
@@ -120,7 +124,7 @@ pub fn undistort(
     let camera = camera.sourced()?;
     facewright::check_folder(&folder).map_err(|e| raise(&e))?;
     Job::start(move |progress| {
-        let (frames, progress) = open_frames(&pictures, progress)?;
+        let (frames, progress) = open_numbers(&pictures, numbers.as_deref(), progress)?;
         let straight = facewright::undistort(&frames, &camera, &options, &folder, &progress)?;
         Ok(Output::Camera(Box::new(CameraFile::Numbers(straight))))
     })

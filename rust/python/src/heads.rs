@@ -8,7 +8,7 @@ use crate::given::{self, given};
 use crate::job::{Job, Output};
 use crate::options::{MatchOptions, MotionOptions, ReconstructOptions, TrackOptions};
 use crate::reconstruction::Reconstruction;
-use facewright::program::{draw_match, match_steps, open_frames};
+use facewright::program::{draw_match, match_steps, open_clip, open_frames};
 use facewright::{FaceOptions, FacewrightError, FrameSet, RigFrames, solve_motion, solve_motion_on_rig};
 use geometry::Progress;
 use pyo3::prelude::*;
@@ -52,41 +52,46 @@ pub fn match_pair(
 
 /// Find the face in image files, folders or videos; the job's result is Faces.
 ///
-/// `frames` are in the order of time. `camera` is a Camera, or the text of its file; without it the focal length is
+/// `frames` are in the order of time, `numbers` those that are used of one video or folder, ascending and counted from
+/// 0, as Blender counts them. `camera` is a Camera, or the text of its file; without it the focal length is
 /// estimated. Of several faces, `face` is a pixel of the one to follow where the clip begins.
 ///
 /// The job raises InputError for frames that cannot be read, CameraError for the camera of another size, FilmError
 /// where no frame shows a face.
 #[pyfunction]
-#[pyo3(signature = (frames, *, assets, camera = None, face = None))]
+#[pyo3(signature = (frames, *, assets, numbers = None, camera = None, face = None))]
 pub fn find_faces(
     frames: Vec<PathBuf>,
     assets: AssetsArgument<'_>,
+    numbers: Option<Vec<usize>>,
     camera: Option<Or<Camera>>,
     face: Option<(f64, f64)>,
 ) -> PyResult<Job> {
     let (given, assets) = (given(camera.as_ref(), None, None, None)?, assets.handle());
     let options = FaceOptions { face: face.map(Into::into) };
     Job::start(move |progress| {
-        let (frames, progress) = open_frames(&frames, progress)?;
-        let faces = facewright::find_faces_of(&frames, &*assets.load()?, given.camera.as_ref(), &options, &progress)?;
+        let inputs = (&frames[..], numbers.as_deref());
+        let (frames, assets, progress) = open_clip(inputs, None, || assets.load(), progress)?;
+        let faces = facewright::find_faces_of(&frames, &assets, given.camera.as_ref(), &options, &progress)?;
         Ok(Output::Faces(Box::new(faces)))
     })
 }
 
 /// Track points of the face through image files, folders or videos; the job's result is Tracks.
 ///
-/// `frames` are in the order of time, two or more. `camera` is a Camera, `faces` are those found in the same frames
+/// `frames` are in the order of time, two or more, `numbers` those that are used of one video or folder, ascending and
+/// counted from 0, as Blender counts them. `camera` is a Camera, `faces` are those found in the same frames
 /// before, or the texts of their files; without a camera the focal length is estimated. `options` or further keywords
 /// are those of TrackOptions. Places are pixels of the picture as filmed: x right, y down, centres at integers.
 ///
 /// Raises OptionError at once. The job raises InputError for frames that cannot be read, CameraError for the camera of
 /// another size, TracksError for the faces of another clip, FilmError where no frame shows a face.
 #[pyfunction]
-#[pyo3(signature = (frames, *, assets, camera = None, faces = None, options = None, **fields))]
+#[pyo3(signature = (frames, *, assets, numbers = None, camera = None, faces = None, options = None, **fields))]
 pub fn track(
     frames: Vec<PathBuf>,
     assets: AssetsArgument<'_>,
+    numbers: Option<Vec<usize>>,
     camera: Option<Or<Camera>>,
     faces: Option<Or<Faces>>,
     options: Option<&Bound<'_, TrackOptions>>,
@@ -95,9 +100,10 @@ pub fn track(
     let options = TrackOptions::merged(options, fields)?;
     let (given, assets) = (given(camera.as_ref(), faces.as_ref(), None, None)?, assets.handle());
     Job::start(move |progress| {
-        let (frames, progress) = open_frames(&frames, progress)?;
         let (camera, faces) = (given.camera.as_ref(), given.faces.as_ref());
-        let tracks = facewright::track(&frames, &*assets.load()?, camera, faces, &options, &progress)?;
+        let inputs = (&frames[..], numbers.as_deref());
+        let (frames, assets, progress) = open_clip(inputs, faces, || assets.load(), progress)?;
+        let tracks = facewright::track(&frames, &assets, camera, faces, &options, &progress)?;
         Ok(Output::Tracks(Box::new(tracks)))
     })
 }
@@ -141,7 +147,8 @@ pub fn motion_on_rig(films: Vec<(String, Or<Tracks>)>, rig: Or<Rig>) -> PyResult
 
 /// Reconstruct the head in image files, folders or videos; the job's result is a Reconstruction.
 ///
-/// `frames` are in the order of time, two or more. `camera`, `faces`, `tracks` and `motion` of the same frames, or the
+/// `frames` are in the order of time, two or more, `numbers` those that are used of one video or folder, ascending and
+/// counted from 0, as Blender counts them. `camera`, `faces`, `tracks` and `motion` of the same frames, or the
 /// texts of their files: what is given is not found anew. `options` or further keywords are those of
 /// ReconstructOptions. Nothing is written: Reconstruction.write does.
 ///
@@ -149,10 +156,15 @@ pub fn motion_on_rig(films: Vec<(String, Or<Tracks>)>, rig: Or<Rig>) -> PyResult
 /// another size, TracksError for what belongs to another clip, FilmError where the head does not turn or hardly a frame
 /// is sharp, uncovered and quiet.
 #[pyfunction]
-#[pyo3(signature = (frames, *, assets, camera = None, faces = None, tracks = None, motion = None, options = None, **fields))]
+#[pyo3(signature = (
+    frames, *, assets, numbers = None, camera = None, faces = None, tracks = None, motion = None, options = None, **fields
+))]
+// As many as Python has keywords.
+#[expect(clippy::too_many_arguments)]
 pub fn reconstruct(
     frames: Vec<PathBuf>,
     assets: AssetsArgument<'_>,
+    numbers: Option<Vec<usize>>,
     camera: Option<Or<Camera>>,
     faces: Option<Or<Faces>>,
     tracks: Option<Or<Tracks>>,
@@ -163,8 +175,9 @@ pub fn reconstruct(
     let options = ReconstructOptions::merged(options, fields)?;
     let (given, assets) = (given(camera.as_ref(), faces.as_ref(), tracks.as_ref(), motion.as_ref())?, assets.handle());
     Job::start(move |progress| {
-        let (frames, progress) = open_frames(&frames, progress)?;
-        let result = facewright::reconstruct(&frames, &*assets.load()?, &given, &options, &progress)?;
+        let inputs = (&frames[..], numbers.as_deref());
+        let (frames, assets, progress) = open_clip(inputs, given.faces.as_ref(), || assets.load(), progress)?;
+        let result = facewright::reconstruct(&frames, &assets, &given, &options, &progress)?;
         Ok(Output::Head(Box::new(result)))
     })
 }

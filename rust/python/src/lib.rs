@@ -14,6 +14,7 @@ mod values;
 
 pub(crate) use error::raise;
 
+use geometry::Progress;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
@@ -35,6 +36,15 @@ fn pictures_in(folder: PathBuf) -> PyResult<Vec<PathBuf>> {
     facewright::pictures_in(&folder).map_err(|e| raise(&e))
 }
 
+/// Width and height of a video's frames, upright and of square pixels, as they are decoded here.
+///
+/// Raises InputError where it cannot be, and SetupError where there is no ffmpeg. An interrupt is not heard: it takes a
+/// moment.
+#[pyfunction]
+fn video_size(py: Python<'_>, video: PathBuf) -> PyResult<(u32, u32)> {
+    py.detach(|| facewright::video_size(&video, &Progress::new())).map_err(|e| raise(&e))
+}
+
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     options::add(module)?;
@@ -46,6 +56,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(version, module)?)?;
     module.add_function(wrap_pyfunction!(check_folder, module)?)?;
     module.add_function(wrap_pyfunction!(pictures_in, module)?)?;
+    module.add_function(wrap_pyfunction!(video_size, module)?)?;
     module.add_function(wrap_pyfunction!(cameras::save_board, module)?)?;
     module.add_function(wrap_pyfunction!(cameras::calibrate, module)?)?;
     module.add_function(wrap_pyfunction!(cameras::calibrate_rig, module)?)?;

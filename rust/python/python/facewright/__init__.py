@@ -60,6 +60,7 @@ from facewright._native import (
     track,
     undistort,
     version,
+    video_size,
 )
 from facewright.errors import (
     CameraError,
@@ -140,4 +141,5 @@ __all__ = [
     "track",
     "undistort",
     "version",
+    "video_size",
 ]

@@ -961,6 +961,13 @@ def version() -> str:
 def pictures_in(folder: Path) -> list[pathlib.Path]:
     """The pictures of a folder, in the order in which they are taken for frames; hidden files are none."""
 
+def video_size(video: Path) -> tuple[int, int]:
+    """Width and height of a video's frames, upright and of square pixels, as they are decoded here.
+
+    Raises InputError where it cannot be, and SetupError where there is no ffmpeg. An interrupt is not heard: it
+    takes a moment.
+    """
+
 def check_folder(folder: Path) -> None:
     """Raise OutputError when a result folder cannot be written; nothing is left behind."""
 
@@ -974,12 +981,14 @@ def save_board(path: Path, *, options: SheetOptions | None = None, **fields: Any
 def calibrate(
     pictures: Sequence[Path],
     *,
+    numbers: Sequence[int] | None = None,
     picture: Path | None = None,
     options: CalibrateOptions | None = None,
     **fields: Any,
 ) -> Job[Camera]:
     """Calibrate a camera from image files, folders or videos of a board; the job's result is a Camera.
 
+    `numbers` are those that are used of one video or folder, ascending and counted from 0, as Blender counts them.
     `options` or further keywords are those of CalibrateOptions. The result is also drawn into `picture`, as by
     save_calibration_picture.
 
@@ -1013,13 +1022,15 @@ def undistort(
     folder: Path,
     *,
     camera: Camera | str,
+    numbers: Sequence[int] | None = None,
     options: UndistortOptions | None = None,
     **fields: Any,
 ) -> Job[Camera]:
     """Write image files, folders of them or videos without lens distortion into a folder, as PNG under their names.
 
     `camera` is a Camera, or the text of its file. The job's result is the Camera of the new pictures, which is also
-    left as camera.json among them. `options` or further keywords are those of UndistortOptions.
+    left as camera.json among them. `numbers` are those that are used of one video or folder, ascending and counted
+    from 0, as Blender counts them. `options` or further keywords are those of UndistortOptions.
 
     Raises OutputError at once where the folder cannot be written. The job raises InputError for pictures that cannot
     be read, CameraError for the camera of another size.
@@ -1051,12 +1062,14 @@ def find_faces(
     frames: Sequence[Path],
     *,
     assets: Assets | Path,
+    numbers: Sequence[int] | None = None,
     camera: Camera | str | None = None,
     face: tuple[float, float] | None = None,
 ) -> Job[Faces]:
     """Find the face in image files, folders or videos; the job's result is Faces.
 
-    `frames` are in the order of time. `camera` is a Camera, or the text of its file; without it the focal length is
+    `frames` are in the order of time, `numbers` those that are used of one video or folder, ascending and counted
+    from 0, as Blender counts them. `camera` is a Camera, or the text of its file; without it the focal length is
     estimated. Of several faces, `face` is a pixel of the one to follow where the clip begins.
 
     The job raises InputError for frames that cannot be read, CameraError for the camera of another size, FilmError
@@ -1067,6 +1080,7 @@ def track(
     frames: Sequence[Path],
     *,
     assets: Assets | Path,
+    numbers: Sequence[int] | None = None,
     camera: Camera | str | None = None,
     faces: Faces | str | None = None,
     options: TrackOptions | None = None,
@@ -1074,7 +1088,8 @@ def track(
 ) -> Job[Tracks]:
     """Track points of the face through image files, folders or videos; the job's result is Tracks.
 
-    `frames` are in the order of time, two or more. `camera` is a Camera, `faces` are those found in the same frames
+    `frames` are in the order of time, two or more, `numbers` those that are used of one video or folder, ascending
+    and counted from 0, as Blender counts them. `camera` is a Camera, `faces` are those found in the same frames
     before, or the texts of their files; without a camera the focal length is estimated. `options` or further
     keywords are those of TrackOptions. Places are pixels of the picture as filmed: x right, y down, centres at
     integers.
@@ -1116,6 +1131,7 @@ def reconstruct(
     frames: Sequence[Path],
     *,
     assets: Assets | Path,
+    numbers: Sequence[int] | None = None,
     camera: Camera | str | None = None,
     faces: Faces | str | None = None,
     tracks: Tracks | str | None = None,
@@ -1125,8 +1141,9 @@ def reconstruct(
 ) -> Job[Reconstruction]:
     """Reconstruct the head in image files, folders or videos; the job's result is a Reconstruction.
 
-    `frames` are in the order of time, two or more. `camera`, `faces`, `tracks` and `motion` of the same frames, or
-    the texts of their files: what is given is not found anew. `options` or further keywords are those of
+    `frames` are in the order of time, two or more, `numbers` those that are used of one video or folder, ascending
+    and counted from 0, as Blender counts them. `camera`, `faces`, `tracks` and `motion` of the same frames, or the
+    texts of their files: what is given is not found anew. `options` or further keywords are those of
     ReconstructOptions. Nothing is written: Reconstruction.write does.
 
     Raises OptionError at once. The job raises InputError for frames that cannot be read, CameraError for the camera
