@@ -90,15 +90,12 @@ def options_of(board: BoardSettings | CalibrateOptions, lens: LensSettings | Non
 
 
 def _calibrated(pictures: list[str], options: CalibrateOptions, picture: str | None) -> Work[str]:
-    folder = None
-    try:
-        if video.is_video(pictures[0]):
-            folder = yield from video.decode(pictures[0], spread(pictures[0]))
-            pictures = [folder.name]
-        return (yield from watch(calibrate(pictures, options=options, picture=picture))).to_json()
-    finally:
-        if folder is not None:
-            folder.cleanup()
+    frames = video.Frames(pictures)
+    if video.is_video(pictures[0]):
+        frames = yield from video.opened(pictures[0], spread(pictures[0]))
+    with frames:
+        job = calibrate(frames.paths, numbers=frames.numbers, options=options, picture=picture)
+        return (yield from frames.behind(watch(job))).to_json()
 
 
 def spread(path: str) -> list[int]:

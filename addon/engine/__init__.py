@@ -36,6 +36,7 @@ from facewright import run as _run
 from facewright import save_board as save_board
 from facewright import save_calibration_picture as save_calibration_picture
 from facewright import track as _track
+from facewright import video_size as video_size
 
 __all__ = [
     "CalibrateOptions",
@@ -66,6 +67,7 @@ __all__ = [
     "save_calibration_picture",
     "solve_motion",
     "track",
+    "video_size",
 ]
 
 Method = Literal["default", "paper"]
@@ -87,26 +89,36 @@ def _assets(folder: str) -> Assets:
 def reconstruct(
     frames: Sequence[str],
     *,
+    numbers: Sequence[int] | None = None,
     camera: str | None = None,
     faces: str | None = None,
     tracks: Tracks | str | None = None,
     motion: str | None = None,
     options: ReconstructOptions | None = None,
 ) -> Job[Reconstruction]:
-    """Start to reconstruct the head in image files or folders.
+    """Start to reconstruct the head in image files or folders, or in the frames of a video that have these numbers.
 
     `camera`, `faces`, `tracks` and `motion` are what other commands found, or the texts of their files: what is given
     is not found anew.
     """
     given = {"camera": camera, "faces": faces, "tracks": tracks, "motion": motion}
-    return _reconstruct(list(frames), assets=_assets(assets_folder()), **given, options=options)
+    return _reconstruct(list(frames), numbers=numbers, assets=_assets(assets_folder()), **given, options=options)
 
 
 def track(
-    frames: Sequence[str], *, camera: str | None, faces: str | None = None, options: TrackOptions | None = None
+    frames: Sequence[str],
+    *,
+    numbers: Sequence[int] | None = None,
+    camera: str | None,
+    faces: str | None = None,
+    options: TrackOptions | None = None,
 ) -> Job[Tracks]:
-    """Start to track a face in image files; `camera` and `faces` are the texts of a camera.json and a faces.json."""
-    return _track(list(frames), assets=_assets(assets_folder()), camera=camera, faces=faces, options=options)
+    """Start to track a face in image files, or in the frames of a video that have these numbers.
+
+    `camera` and `faces` are the texts of a camera.json and a faces.json.
+    """
+    given = {"camera": camera, "faces": faces}
+    return _track(list(frames), numbers=numbers, assets=_assets(assets_folder()), **given, options=options)
 
 
 def solve_motion(tracks: Tracks | str, *, camera: str | None, **options: Any) -> Job[Motion]:
@@ -118,10 +130,17 @@ def solve_motion(tracks: Tracks | str, *, camera: str | None, **options: Any) ->
 
 
 def calibrate(
-    pictures: Sequence[str], *, options: CalibrateOptions | None = None, picture: str | None = None
+    pictures: Sequence[str],
+    *,
+    numbers: Sequence[int] | None = None,
+    options: CalibrateOptions | None = None,
+    picture: str | None = None,
 ) -> Job[Camera]:
-    """Start to calibrate a camera from board pictures; the result is also drawn into `picture`."""
-    return _calibrate(list(pictures), options=options, picture=picture)
+    """Start to calibrate a camera from board pictures, or from the frames of a video that have these numbers.
+
+    The result is also drawn into `picture`.
+    """
+    return _calibrate(list(pictures), numbers=numbers, options=options, picture=picture)
 
 
 def calibrate_rig(cameras: Sequence[tuple[str, Sequence[str]]], *, options: CalibrateOptions | None = None) -> Job[Rig]:

@@ -77,27 +77,24 @@ def check(source: Source) -> None:
 
 
 def _reconstructed(source: Source, settings: Settings) -> Work[Reconstruction]:
-    folder = None
-    try:
-        if video.is_video(source.path):
-            numbers = _numbers(source)
-            folder = yield from video.decode(source.path, numbers)
-            frames, names = [folder.name], [video.frame_name(number) for number in numbers]
-        else:
-            frames = _images(source)
-            names = [Path(frame).stem for frame in frames]
+    if video.is_video(source.path):
+        numbers = _numbers(source)
+        frames = yield from video.opened(source.path, numbers)
+        names = [video.frame_name(number) for number in numbers]
+    else:
+        frames = video.Frames(_images(source))
+        names = [Path(frame).stem for frame in frames.paths]
+    with frames:
         job = reconstruct(
-            frames,
+            frames.paths,
+            numbers=frames.numbers,
             camera=settings.camera,
             faces=settings.faces,
             tracks=_tracks(settings.tracks, names) if settings.tracks else None,
             motion=settings.motion,
             options=settings.options,
         )
-        return (yield from watch(job))
-    finally:
-        if folder is not None:
-            folder.cleanup()
+        return (yield from frames.behind(watch(job)))
 
 
 def _tracks(tracks: Tracks, names: list[str]) -> Tracks:

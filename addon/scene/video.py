@@ -1,18 +1,31 @@
-"""Frames of a video by Blender's own sequencer, without touching the artist's scene.
+"""Frames of a video: the library decodes them with an `ffmpeg`, or else Blender's own sequencer does.
 
-Frames have the names of `frame_name`.
+Either way they have the names of `frame_name` and are the same pictures. The artist's scene is not touched.
 """
 
+import ctypes
 import mmap
+import os
 import struct
+import sys
 import tempfile
-from collections.abc import Generator, Iterable
+import time
+from collections.abc import Generator, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import bpy
 
-# Part of a bar that decoding takes, before the library's work on the frames.
-DECODING = 0.1
+from ..engine import FacewrightError, video_size
+
+# Part of a bar that decoding here takes, before the library's work on the frames.
+DECODING = 0.15
+# Time that decoding here takes before others have their turn: Esc must not wait longer.
+STEP_SECONDS = 0.05
+# The number of a process's standard output.
+OUTPUT = 1
 # Videos made of boxes, which tell the shape of a pixel.
 BOXED = {".mp4", ".mov", ".m4v", ".3gp"}
 VIDEOS = {
@@ -56,21 +69,72 @@ def frame_name(number: int) -> str:
     return f"frame_{number:06d}"
 
 
-Decoding = Generator[tuple[str, float, None], None, tempfile.TemporaryDirectory[str]]
+Progress = tuple[str, float, float | None]
+T = TypeVar("T")
 
 
-def decode(path: str, numbers: Iterable[int]) -> Decoding:
-    """Write frames of a video as PNG into a temporary folder, one for each step of the generator."""
+@dataclass(frozen=True)
+class Frames:
+    """Frames as the library takes them: the numbers of those of a video, or files, which are gone when it is closed."""
+
+    paths: list[str]
+    numbers: list[int] | None = None
+    folder: tempfile.TemporaryDirectory[str] | None = None
+
+    def __enter__(self) -> "Frames":
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        if self.folder is not None:
+            self.folder.cleanup()
+
+    def behind(self, work: Generator[Progress, None, T]) -> Generator[Progress, None, T]:
+        """The library's work on the frames, in what decoding them here has left of the bar."""
+        begin = 0.0 if self.folder is None else DECODING
+        try:
+            while True:
+                stage, fraction, remaining_s = next(work)
+                yield stage, begin + (1.0 - begin) * fraction, remaining_s
+        except StopIteration as end:
+            return end.value
+        finally:
+            work.close()
+
+
+def opened(path: str, numbers: Iterable[int]) -> Generator[Progress, None, Frames]:
+    """Frames of a video for the library, which decodes them itself where it can; else they are decoded here."""
+    if is_decoded_by_library(path):
+        return Frames([path], list(numbers))
+    folder = yield from decode(path, numbers)
+    return Frames([str(file) for file in sorted(Path(folder.name).iterdir())], folder=folder)
+
+
+def is_decoded_by_library(path: str) -> bool:
+    """Whether there is an ffmpeg that shows a video as Blender does: turned alike, its pixels of the same shape."""
+    clip = bpy.data.movieclips.load(path)
+    try:
+        return video_size(path) == square_size(path, (clip.size[0], clip.size[1]))
+    except FacewrightError:
+        return False
+    finally:
+        bpy.data.movieclips.remove(clip)
+
+
+def decode(path: str, numbers: Iterable[int]) -> Generator[Progress, None, tempfile.TemporaryDirectory[str]]:
+    """Write frames of a video as pictures into a temporary folder; each step of the generator takes a moment."""
     folder = tempfile.TemporaryDirectory(prefix="facewright-")
     scene = bpy.data.scenes.new("Facewright decoding")
     try:
         _set_up(scene, path)
-        wanted = list(numbers)
+        wanted, until = list(numbers), 0.0
         for done, number in enumerate(wanted):
-            yield "decode", DECODING * done / len(wanted), None
-            _write(scene, number, Path(folder.name))
+            if time.monotonic() >= until:
+                yield "decode", DECODING * done / len(wanted), None
+                until = time.monotonic() + STEP_SECONDS
+            with _quiet():
+                _write(scene, number, Path(folder.name))
         return folder
-    except (GeneratorExit, RuntimeError):
+    except BaseException:
         folder.cleanup()
         raise
     finally:
@@ -82,7 +146,33 @@ def _write(scene: bpy.types.Scene, number: int, folder: Path) -> None:
     scene.frame_start = scene.frame_end = number + 1
     scene.render.filepath = str(folder / "scene_######")
     bpy.ops.render.render(animation=True, scene=scene.name)
-    (folder / f"scene_{number + 1:06d}.png").rename(folder / f"{frame_name(number)}.png")
+    (folder / f"scene_{number + 1:06d}.bmp").rename(folder / f"{frame_name(number)}.bmp")
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Nothing is printed: Blender tells of every file that it renders, on the process's own output."""
+    sys.stdout.flush()
+    try:
+        kept = os.dup(OUTPUT)
+    except OSError:
+        # A Blender that was started without a console has none.
+        yield
+        return
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, OUTPUT)
+        yield
+    finally:
+        _flush()
+        os.dup2(kept, OUTPUT)
+        os.close(nowhere)
+        os.close(kept)
+
+
+def _flush() -> None:
+    """Let go of what C has not yet written."""
+    ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None).fflush(None)
 
 
 def _set_up(scene: bpy.types.Scene, path: str) -> None:
@@ -97,8 +187,8 @@ def _set_up(scene: bpy.types.Scene, path: str) -> None:
     strip.transform.scale_x *= render.resolution_x / size[0]
     render.resolution_percentage = 100
     render.use_sequencer, render.use_compositing = True, False
-    render.image_settings.file_format = "PNG"
+    # What takes least time to write.
+    render.image_settings.file_format = "BMP"
     render.image_settings.color_mode = "RGB"
-    render.image_settings.compression = 0
     scene.view_settings.view_transform = "Standard"
     scene.sequencer_colorspace_settings.name = "sRGB"

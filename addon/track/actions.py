@@ -1,8 +1,6 @@
 """What tracking's buttons do."""
 
 from dataclasses import dataclass, field
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from ..engine import FacewrightError, TrackOptions, Tracks, track
@@ -67,21 +65,14 @@ def camera_line(text: str, clip: Any) -> tuple[str, bool]:
 
 
 def _tracked(source: Footage, settings: Settings) -> Work[Tracks]:
-    folder: TemporaryDirectory[str] | None = None
-    try:
-        if source.images is None:
-            folder = yield from _decoded(source)
-            frames = [str(Path(folder.name) / f"{frame.name}.png") for frame in source.frames]
-        else:
-            frames = [source.images[frame.index] for frame in source.frames]
-        return (yield from watch(track(frames, camera=settings.camera, faces=settings.faces, options=settings.options)))
-    finally:
-        if folder is not None:
-            folder.cleanup()
-
-
-def _decoded(source: Footage) -> video.Decoding:
-    return (yield from video.decode(source.path, [frame.index for frame in source.frames]))
+    indices = [frame.index for frame in source.frames]
+    if source.images is None:
+        frames = yield from video.opened(source.path, indices)
+    else:
+        frames = video.Frames([source.images[index] for index in indices])
+    with frames:
+        given = {"camera": settings.camera, "faces": settings.faces, "options": settings.options}
+        return (yield from frames.behind(watch(track(frames.paths, numbers=frames.numbers, **given))))
 
 
 def place(clip: Any, tracks: Tracks) -> str:

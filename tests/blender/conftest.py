@@ -105,7 +105,9 @@ def library(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[dict[str, Any
 
         def track(frames: list[str], **settings: Any) -> Finished:
             asked.append({"frames": frames} | settings)
-            return Finished(parsed(made_up(names=[Path(frame).stem for frame in frames], **more)), fails)
+            numbers = settings.get("numbers")
+            names = [f"frame_{k:06d}" for k in numbers] if numbers else [Path(frame).stem for frame in frames]
+            return Finished(parsed(made_up(names=names, **more)), fails)
 
         monkeypatch.setattr(module("track.actions"), "track", track)
         return asked

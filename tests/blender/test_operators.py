@@ -127,7 +127,7 @@ def test_video_frames_have_their_numbers(tmp_path: Path) -> None:
     assert video.frame_count(str(clip)) == 24
     with jobs.wait(video.decode(str(clip), [3, 9, 20])) as folder:
         names = sorted(p.name for p in Path(folder).iterdir())
-        assert names == ["frame_000003.png", "frame_000009.png", "frame_000020.png"]
+        assert names == ["frame_000003.bmp", "frame_000009.bmp", "frame_000020.bmp"]
         levels = [level(Path(folder) / name) for name in names]
     steps = np.diff(levels) / np.array([6, 11])
     assert steps[0] == pytest.approx(steps[1], rel=0.35) and steps[0] > 0.01

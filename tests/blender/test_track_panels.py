@@ -35,7 +35,11 @@ def test_in_the_editor_its_clip_is_used(tracked: bpy.types.MovieClip, library: A
     assert in_editor(other, tracks.poll) and len(read(other)["frames"]) == 18
 
 
-def test_a_video_is_decoded_and_its_frames_have_their_numbers(tmp_path: Path, library: Any) -> None:
+@pytest.mark.parametrize("is_there", [True, False])
+def test_a_videos_frames_have_their_numbers_with_ffmpeg_and_without(
+    tmp_path: Path, library: Any, monkeypatch: pytest.MonkeyPatch, is_there: bool
+) -> None:
+    monkeypatch.setattr(module("scene.video"), "is_decoded_by_library", lambda _path: is_there)
     numbered_clip(tmp_path / "clip.mp4", 24)
     bpy.ops.wm.read_homefile(use_empty=True)
     actions, asked = module("track.actions"), library()
@@ -44,7 +48,11 @@ def test_a_video_is_decoded_and_its_frames_have_their_numbers(tmp_path: Path, li
     before = snapshot()
     tracks = json.loads(str(module("jobs").wait(actions.tracked(source, actions.Settings()))))
     assert [frame["name"] for frame in tracks["frames"]] == [f"frame_{k:06d}" for k in range(2, 9)]
-    assert not Path(asked[0]["frames"][0]).exists() and snapshot() == before
+    if is_there:
+        assert asked[0]["frames"] == [str(tmp_path / "clip.mp4")] and asked[0]["numbers"] == [*range(2, 9)]
+    else:
+        assert asked[0]["numbers"] is None and not Path(asked[0]["frames"][0]).exists()
+    assert snapshot() == before
     tracks["camera"] |= {"width": 64, "height": 64}
     place(clip, tracks)
     assert min(m.frame for m in clip.tracking.objects["Face"].tracks[0].markers if not m.mute) >= 3
