@@ -152,13 +152,13 @@ def _write(scene: bpy.types.Scene, number: int, folder: Path) -> None:
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Nothing is printed: Blender tells of every file that it renders, on the process's own output."""
-    sys.stdout.flush()
     try:
         kept = os.dup(OUTPUT)
     except OSError:
         # A Blender that was started without a console has none.
         yield
         return
+    _flush()
     nowhere = os.open(os.devnull, os.O_WRONLY)
     try:
         os.dup2(nowhere, OUTPUT)
@@ -171,7 +171,8 @@ def _quiet() -> Iterator[None]:
 
 
 def _flush() -> None:
-    """Let go of what C has not yet written."""
+    """Write what Python and C have kept back until now."""
+    print(end="", flush=True)
     ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None).fflush(None)
 
 

@@ -153,6 +153,26 @@ def test_an_interrupt_cancels_a_job_while_its_result_is_waited_for(tmp_path: Pat
     assert job.progress()[1] < 1.0 and job.finished()
 
 
+def test_some_frames_of_a_video_are_taken_by_their_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    film, ffmpeg = tmp_path / "film.mp4", shutil.which("ffmpeg")
+    if ffmpeg is None:
+        pytest.skip("needs ffmpeg to make a film")
+    make = [ffmpeg, "-nostdin", "-loglevel", "error", "-f", "lavfi", "-i", "color=gray:s=64x48:r=5:d=2,setsar=2/1"]
+    subprocess.run([*make, "-c:v", "mpeg4", str(film)], check=True)
+    assert facewright.video_size(film) == (128, 48)
+    with pytest.raises(facewright.CameraError, match="the board was found in 0 of 3 pictures"):
+        facewright.calibrate([film], numbers=[2, 4, 9]).result()
+    with pytest.raises(facewright.OptionError, match="the numbers of the frames must be one or more, ascending"):
+        facewright.calibrate([film], numbers=[4, 2]).result()
+    with pytest.raises(facewright.InputError, match="it ends before frame 70"):
+        facewright.calibrate([film], numbers=[70]).result()
+    with pytest.raises(facewright.InputError, match=r"none.mp4 cannot be read"):
+        facewright.video_size(tmp_path / "none.mp4")
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(facewright.SetupError, match="install ffmpeg"):
+        facewright.video_size(film)
+
+
 def test_a_command_line_becomes_files_and_options() -> None:
     line = ["reconstruct", "clip", "-o", "out", "--length", "1:2=63.5", "--tracks", "t.json", "--texture-size", "256"]
     command = facewright.parse_command(line)
