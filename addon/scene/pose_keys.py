@@ -1,4 +1,4 @@
-"""Keys of an object's location and rotation, in the layered actions since Blender 4.4 and the flat ones before."""
+"""Keys of what is animated, in the layered actions since Blender 4.4 and the flat ones before; poses of objects."""
 
 from typing import Any
 
@@ -20,7 +20,25 @@ def write(obj: bpy.types.Object, frames: NDArray[np.int64], poses: NDArray[np.fl
     obj.rotation_mode = "QUATERNION"
     for path, values in zip(PATHS, (poses[:, :3, 3], quaternions(poses))):
         for index, column in enumerate(values.T):
-            _fill(_curve(obj, path, index), frames, column)
+            fill(obj, path, index, frames, column)
+
+
+def fill(owner: bpy.types.ID, path: str, index: int, frames: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+    """Let a property of an object, or of shape keys, take values at ascending frames, linear in between."""
+    _fill(_curve(owner, path, index), frames, values)
+
+
+def paths_of(owner: bpy.types.ID) -> set[tuple[str, int]]:
+    """The properties that keys or strips animate, each with the position within it."""
+    found = {(curve.data_path, curve.array_index) for curve in curves(owner) or []}
+    strips = [strip for layer in owner.animation_data.nla_tracks for strip in layer.strips if strip.action is not None]
+    return found | {(curve.data_path, curve.array_index) for strip in strips for curve in _all_curves(strip.action)}
+
+
+def frames_of(owner: bpy.types.ID) -> list[float]:
+    """First and last frame of the keys that animate something; empty without keys."""
+    ranges = [curve.range() for curve in curves(owner) or [] if len(curve.keyframe_points)]
+    return [min(first for first, _ in ranges), max(last for _, last in ranges)] if ranges else []
 
 
 def clear(obj: bpy.types.Object) -> None:
@@ -45,20 +63,20 @@ def quaternions(poses: NDArray[np.float64]) -> NDArray[np.float64]:
     return turns
 
 
-def _curve(obj: bpy.types.Object, path: str, index: int) -> bpy.types.FCurve:
+def _curve(owner: bpy.types.ID, path: str, index: int) -> bpy.types.FCurve:
     """The curve of a property, made when it is missing."""
-    animation = obj.animation_data or obj.animation_data_create()
+    animation = owner.animation_data or owner.animation_data_create()
     if animation.action is None:
-        animation.action = bpy.data.actions.new(obj.name)
+        animation.action = bpy.data.actions.new(owner.name)
     action = animation.action
     if hasattr(action, "fcurve_ensure_for_datablock"):
-        return action.fcurve_ensure_for_datablock(obj, path, index=index)
+        return action.fcurve_ensure_for_datablock(owner, path, index=index)
     return action.fcurves.find(path, index=index) or action.fcurves.new(path, index=index)
 
 
-def curves(data: bpy.types.ID) -> Any:
-    """The collection with the curves of the action of an object, or other data; None without any."""
-    animation = data.animation_data
+def curves(owner: bpy.types.ID) -> Any:
+    """The collection with the curves of what is animated; None without any."""
+    animation = owner.animation_data
     if animation is None or animation.action is None:
         return None
     if not hasattr(animation, "action_slot"):
@@ -68,6 +86,14 @@ def curves(data: bpy.types.ID) -> Any:
     strips = (strip for layer in animation.action.layers for strip in layer.strips)
     bags = (strip.channelbag(animation.action_slot) for strip in strips)
     return next((bag.fcurves for bag in bags if bag is not None), None)
+
+
+def _all_curves(action: bpy.types.Action) -> list[bpy.types.FCurve]:
+    """The curves of an action for whatever it animates."""
+    if not hasattr(action, "layers"):
+        return list(action.fcurves)
+    bags = [bag for layer in action.layers for strip in layer.strips for bag in strip.channelbags]
+    return [curve for bag in bags for curve in bag.fcurves]
 
 
 def _fill(curve: bpy.types.FCurve, frames: NDArray[np.int64], values: NDArray[np.float64]) -> None:
