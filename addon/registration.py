@@ -36,6 +36,8 @@ from .calibrate.panel import (
     draw_clip_menu,
 )
 from .calibrate.properties import FacewrightBoardPicture, FacewrightCamera
+from .export.operators import FACEWRIGHT_OT_export
+from .export.panel import FACEWRIGHT_PT_export, draw_export_menu
 from .motion.operators import (
     FACEWRIGHT_OT_length_from_selection,
     FACEWRIGHT_OT_look_through,
@@ -115,6 +117,7 @@ CLASSES: tuple[type, ...] = (
     FACEWRIGHT_OT_insert_keyframes,
     FACEWRIGHT_OT_clear_keyframes,
     FacewrightFace,
+    FACEWRIGHT_OT_export,
     FACEWRIGHT_OT_track,
     FACEWRIGHT_OT_open_tracks,
     FACEWRIGHT_OT_save_tracks,
@@ -137,6 +140,7 @@ CLASSES: tuple[type, ...] = (
     FACEWRIGHT_PT_report,
     FACEWRIGHT_PT_expressions,
     FACEWRIGHT_PT_keys,
+    FACEWRIGHT_PT_export,
     FACEWRIGHT_PT_track,
     FACEWRIGHT_PT_track_advanced,
     FACEWRIGHT_PT_tracks,
@@ -156,6 +160,7 @@ def register() -> None:
     bpy.types.Scene.facewright_motion = bpy.props.PointerProperty(type=FacewrightMotion)
     bpy.types.WindowManager.facewright_keys = bpy.props.PointerProperty(type=FacewrightKeys)
     bpy.types.VIEW3D_MT_mesh_add.append(draw_menu)
+    bpy.types.TOPBAR_MT_file_export.append(draw_export_menu)
     bpy.types.CLIP_MT_clip.append(draw_clip_menu)
     bpy.types.CLIP_MT_clip.append(draw_track_menu)
     bpy.types.CLIP_MT_clip.append(draw_motion_menu)
@@ -171,6 +176,7 @@ def unregister() -> None:
     bpy.types.CLIP_MT_clip.remove(draw_motion_menu)
     bpy.types.CLIP_MT_clip.remove(draw_track_menu)
     bpy.types.CLIP_MT_clip.remove(draw_clip_menu)
+    bpy.types.TOPBAR_MT_file_export.remove(draw_export_menu)
     bpy.types.VIEW3D_MT_mesh_add.remove(draw_menu)
     del bpy.types.WindowManager.facewright_keys
     del bpy.types.Scene.facewright_motion
