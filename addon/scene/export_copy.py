@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..engine import FacewrightError
 from . import export_sample, pose_keys
 from .export_looks import dress
-from .export_names import Names, identifier
+from .export_names import Names, identifier, set_aside
 from .export_sample import SAME, Track
 from .heads import SKIN, Head
 
@@ -85,7 +85,8 @@ def _made(context: bpy.types.Context, head: Head, wanted: Wanted, names: Names) 
     dress(objects, title, names)
     if wanted.joined:
         _check_joinable(head, tracks)
-    _bake(objects, tracks, frames, wanted.scale)
+    root = copy.skin if wanted.joined else _root(scene, title, names)
+    _bake(root, objects, tracks, frames, wanted.scale)
     if wanted.joined:
         _join(copy)
     for name, obj in copy.objects.items():
@@ -109,6 +110,9 @@ def _duplicate(scene: bpy.types.Scene, obj: bpy.types.Object) -> bpy.types.Objec
     """A visible copy of an object with a mesh of its own; it still hangs on what the original does."""
     copy = obj.copy()
     copy.data = obj.data.copy()
+    # A copy of what is linked has its name.
+    set_aside(copy)
+    set_aside(copy.data)
     copy.hide_viewport = copy.hide_render = copy.hide_select = False
     copy.show_only_shape_key = False
     for held in (copy, copy.data):
@@ -188,26 +192,38 @@ def _key_names(obj: bpy.types.Object) -> list[str]:
     return [block.name for block in keys.key_blocks[1:]] if keys is not None else []
 
 
+def _root(scene: bpy.types.Scene, title: str, names: Names) -> bpy.types.Object:
+    """What carries the parts, and is no mesh: three.js gives values of a mesh's keys to all meshes below it."""
+    root = bpy.data.objects.new("Export", None)
+    names.give(root, title)
+    scene.collection.objects.link(root)
+    return root
+
+
 def _bake(
-    objects: dict[str, bpy.types.Object], tracks: dict[str, Track], frames: NDArray[np.int64], scale: float
+    root: bpy.types.Object,
+    objects: dict[str, bpy.types.Object],
+    tracks: dict[str, Track],
+    frames: NDArray[np.int64],
+    scale: float,
 ) -> None:
-    """Values and places as keyframes where they change; the parts hang on the skin."""
-    skin = objects[SKIN]
+    """Values and places as keyframes where they change; the parts hang on the root, which moves as the skin does."""
+    carried = tracks[SKIN].places
+    _place(root, carried, frames, scale)
     for name, obj in objects.items():
-        places = tracks[name].places.copy()
-        if obj != skin:
-            obj.parent = skin
+        if obj != root:
+            obj.parent = root
             obj.matrix_parent_inverse = Matrix.Identity(4)
-            places = np.linalg.inv(tracks[SKIN].places) @ places
-        places[:, :3, 3] *= scale
+            _place(obj, np.linalg.inv(carried) @ tracks[name].places, frames, scale)
         if scale != 1.0:
             obj.data.transform(Matrix.Scale(scale, 4), shape_keys=True)
-        _place(obj, places, frames)
         if obj.data.shape_keys is not None:
             _set_values(obj.data.shape_keys, tracks[name].values, frames)
 
 
-def _place(obj: bpy.types.Object, places: NDArray[np.float64], frames: NDArray[np.int64]) -> None:
+def _place(obj: bpy.types.Object, places: NDArray[np.float64], frames: NDArray[np.int64], scale: float) -> None:
+    places = places.copy()
+    places[:, :3, 3] *= scale
     obj.rotation_mode = "QUATERNION"
     obj.matrix_basis = Matrix(places[0].tolist())
     if np.ptp(places, axis=0).max() <= SAME:

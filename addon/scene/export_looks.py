@@ -15,29 +15,25 @@ def dress(objects: dict[str, bpy.types.Object], title: str, names: Names) -> Non
     """Give the copies materials and packed pictures of their own, named as files are."""
     worn: dict[bpy.types.Material, bpy.types.Material] = {}
     shown: dict[bpy.types.Image, bpy.types.Image] = {}
-    for slot in [slot for obj in objects.values() for slot in obj.material_slots]:
+    for slot in [slot for obj in objects.values() for slot in obj.material_slots if slot.material is not None]:
         material = slot.material
-        if material is None:
-            continue
         if material not in worn:
             worn[material] = material.copy()
-            names.give(worn[material], _titled(title, material.name, worn))
+            names.give(worn[material], _titled(title, names.of(material)))
             for picture in set(images(material.node_tree)):
-                shown[picture] = shown.get(picture) or _packed(picture)
+                if picture not in shown:
+                    shown[picture] = _packed(picture)
+                    names.give(shown[picture], _titled(title, names.of(picture)))
                 exchange(worn[material].node_tree, picture, shown[picture])
         slot.material = worn[material]
-    for picture, copy in shown.items():
-        name = _titled(title, picture.name, {})
-        names.give(copy, name)
-        copy.filepath_raw = f"//{name}{SUFFIXES.get(copy.file_format, '.png')}"
+    for copy in shown.values():
+        copy.filepath_raw = f"//{copy.name}{SUFFIXES.get(copy.file_format, '.png')}"
 
 
-def _titled(title: str, name: str, taken: dict[bpy.types.Material, bpy.types.Material]) -> str:
-    """A name that begins with the head's; different from those that are taken."""
+def _titled(title: str, name: str) -> str:
+    """A name that begins with the head's."""
     plain = identifier(name)
-    wanted = plain if plain.startswith(title) else f"{title}_{plain}"
-    count = sum(copy.name.startswith(wanted) for copy in taken.values())
-    return wanted if count == 0 else f"{wanted}_{count}"
+    return plain if plain.startswith(title) else f"{title}_{plain}"
 
 
 def _packed(picture: bpy.types.Image) -> bpy.types.Image:

@@ -116,13 +116,13 @@ def _fbx(path: str, copy: Copy, animated: bool) -> set[str]:
     with _used(copy.scene):
         # The exporter reads what evaluation writes back into data, as it does once a context has asked for the state.
         bpy.context.evaluated_depsgraph_get()
-        for obj in copy.objects.values():
+        for obj in copy.scene.objects:
             obj.update_tag()
         copy.scene.view_layers[0].update()
         return _call(
             "FBX",
             filepath=path,
-            object_types={"MESH"},
+            object_types={"MESH", "EMPTY"},
             # The copy is in centimetres, and so says the file: no node needs a scale.
             apply_scale_options="FBX_SCALE_ALL",
             global_scale=0.01,

@@ -17,6 +17,7 @@ from people import PARTS, duplicated, head_of, reopened, select
 from tracking import drawn, module
 
 VALIDATOR = ROOT / "target/downloads/gltf-validator-2.0.0-dev.3.10/package"
+THREE = ROOT / "target/downloads/three-0.170.0/package"
 # The most that a vertex may be off after an export.
 ALLOWED_MM = 0.05
 
@@ -88,7 +89,7 @@ def test_a_head_arrives_upright_and_in_true_size(generic_face: bpy.types.Object,
 
 @pytest.mark.parametrize("suffix", [".glb", ".fbx", ".usdc", ".usdz"])
 def test_pictures_arrive_with_the_head(face: bpy.types.Object, tmp_path: Path, suffix: str) -> None:
-    skin = next(node.image for node in face.data.materials[0].node_tree.nodes if node.type == "TEX_IMAGE")
+    skin = _picture(face)
     skin.pixels.foreach_set(np.tile(np.array([0.2, 0.4, 0.6, 1.0], np.float32), skin.size[0] * skin.size[1]))
     assert skin.is_dirty, "a stroke that is not packed yet"
     file = export(tmp_path / f"head{suffix}")
@@ -121,6 +122,36 @@ def test_khronos_validator_has_nothing_against_a_glb(face: bpy.types.Object, tmp
     script = ROOT / "rust/xtask/node/validate.mjs"
     said = subprocess.run(["node", script, VALIDATOR, file], capture_output=True, text=True, check=False)
     assert said.returncode == 0 and "1 passed, 0 failed" in said.stdout, said.stdout + said.stderr
+
+
+@pytest.mark.parametrize("joined", [False, True])
+def test_three_js_shows_every_part_move(face: bpy.types.Object, tmp_path: Path, joined: bool) -> None:
+    if shutil.which("node") is None or not THREE.is_dir():
+        pytest.skip(f"reading back in three.js needs node, and three's npm package in {THREE}")
+    truth, names = paths(face), [block.name for block in face.data.shape_keys.key_blocks[1:]]
+    file, render = export(tmp_path / "head.glb", joined=joined), bpy.context.scene.render
+    wanted = [THREE, file, str(render.fps / render.fps_base), *map(str, FRAMES)]
+    script = Path(__file__).with_name("three.mjs")
+    said = subprocess.run(["node", script, *wanted], capture_output=True, text=True, check=False)
+    assert said.returncode == 0, said.stderr
+    meshes = json.loads(said.stdout)
+    shown = {mesh["name"]: np.concatenate([_upright(frame) for frame in mesh["frames"]], axis=1) for mesh in meshes}
+    if joined:
+        assert apart_mm(np.concatenate(list(shown.values())), np.concatenate(list(truth.values()))) < ALLOWED_MM
+    else:
+        assert max(apart_mm(shown[f"Face_{part}"], truth[part]) for part in PARTS) < ALLOWED_MM
+    skin = max(meshes, key=lambda mesh: len(mesh["frames"][0]))
+    assert skin["keys"] == names and skin["size"] == list(_picture(face).size)
+
+
+def _upright(flat: list[float]) -> Any:
+    """(n, 3) positions with z up of such with y up."""
+    x, y, z = np.array(flat).reshape(-1, 3).T
+    return np.stack([x, -z, y], axis=1)
+
+
+def _picture(obj: bpy.types.Object) -> bpy.types.Image:
+    return next(node.image for node in obj.data.materials[0].node_tree.nodes if node.type == "TEX_IMAGE")
 
 
 def test_a_glb_has_one_animation_of_all_parts_that_move(face: bpy.types.Object, tmp_path: Path) -> None:
@@ -225,12 +256,29 @@ def test_names_are_such_that_every_engine_takes_them(face: bpy.types.Object, tmp
         "Head",
     ]
     face.name = "Zoë Müller"
-    for name in ("Zoe_Muller_skin", "Zoe_Muller_tongue"):
+    for name in ("Zoe_Muller", "Zoe_Muller_skin", "Zoe_Muller_tongue"):
         taken = bpy.data.objects.new(name, bpy.data.meshes.new(name))
         bpy.context.collection.objects.link(taken)
     content = glb(export(tmp_path / "head.glb"))
-    assert {node["name"] for node in content["nodes"]} == {f"Zoe_Muller_{part}" for part in PARTS}
+    assert {node["name"] for node in content["nodes"]} == {"Zoe_Muller", *(f"Zoe_Muller_{part}" for part in PARTS)}
     assert {mesh["name"] for mesh in content["meshes"]} == {f"Zoe_Muller_{part}" for part in PARTS}
+
+
+def test_materials_and_pictures_of_like_names_stay_apart(face: bpy.types.Object, tmp_path: Path) -> None:
+    """`Face skin` and `Face_skin` would be one name."""
+    tongue = head_of(face).parts["tongue"].data.materials[0]
+    tongue.name = "Face_skin"
+    texture = tongue.node_tree.nodes.new("ShaderNodeTexImage")
+    texture.image = bpy.data.images.new("Face_skin", 8, 8)
+    texture.image.pack()
+    shader = next(node for node in tongue.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    tongue.node_tree.links.new(texture.outputs["Color"], shader.inputs["Base Color"])
+    content = glb(export(tmp_path / "head.glb"))
+    titles = {"Face_skin", "Face_skin_1", "Face_eyes", "Face_teeth", "Face_lashes"}
+    assert {material["name"] for material in content["materials"]} == titles
+    assert {picture["name"] for picture in content["images"]} == {"Face_skin", "Face_skin_1", "Face_eyes"}
+    export(tmp_path / "head.usdc")
+    assert len(list((tmp_path / "textures").iterdir())) == 3
 
 
 def test_the_head_of_the_active_object_is_exported_hidden_parts_included(
@@ -244,7 +292,7 @@ def test_the_head_of_the_active_object_is_exported_hidden_parts_included(
     copies["lashes"].hide_set(True)
     select(copies["teeth_upper"])
     content = glb(export(tmp_path / "head.glb"))
-    assert {node["name"] for node in content["nodes"]} == {f"Other_{part}" for part in PARTS}
+    assert {node["name"] for node in content["nodes"]} == {"Other", *(f"Other_{part}" for part in PARTS)}
     found = read_back(tmp_path / "head.glb")
     tongue = found["Other_tongue"].reshape(-1, len(FRAMES), 3)
     assert np.abs(np.diff(tongue, axis=1)).max() > 0.01, "it moves though it is hidden"
