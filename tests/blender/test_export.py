@@ -6,6 +6,7 @@ import shutil
 import struct
 import subprocess
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import bpy
@@ -401,6 +402,36 @@ def test_the_proposed_name_follows_the_format() -> None:
     assert actions.with_suffix("/a/anna.glb", ".fbx") == "/a/anna.fbx"
     assert actions.with_suffix("/a/anna.v2", ".fbx") == "/a/anna.v2.fbx"
     assert actions.is_known("/a/anna.GLB") and not actions.is_known("/a/anna.obj")
+
+
+def test_the_file_browsers_name_follows_a_format_that_is_chosen_and_no_ending_that_is_written() -> None:
+    check = module("export.operators").FACEWRIGHT_OT_export.check
+    dialog = SimpleNamespace(filepath="/a/anna.glb", format=".glb", _format=".glb")
+    assert not check(dialog, None) and dialog.filepath == "/a/anna.glb"
+    dialog.format = ".fbx"
+    assert check(dialog, None) and dialog.filepath == "/a/anna.fbx"
+    dialog.filepath = "/a/anna.usda"
+    assert not check(dialog, None) and dialog.filepath == "/a/anna.usda"
+    dialog.filepath = "/a/ben"
+    assert check(dialog, None) and dialog.filepath == "/a/ben.fbx"
+
+
+@pytest.mark.parametrize("suffix", [".glb", ".fbx"])
+def test_undo_after_an_export_takes_back_what_was_done_before_it(
+    face: bpy.types.Object, tmp_path: Path, suffix: str
+) -> None:
+    blocks = face.data.shape_keys.key_blocks
+    blocks["cheekPuff"].value = 0.2
+    bpy.ops.ed.undo_push(message="a little")
+    blocks["cheekPuff"].value = 0.9
+    bpy.ops.ed.undo_push(message="much")
+    export(tmp_path / f"head{suffix}")
+    bpy.ops.ed.undo()
+    back = bpy.data.objects["Face"]
+    assert back.data.shape_keys.key_blocks["cheekPuff"].value == pytest.approx(0.2)
+    assert [scene.name for scene in bpy.data.scenes] == ["Scene"] and set(head_of(back).parts) == PARTS
+    bpy.ops.ed.redo()
+    assert bpy.data.objects["Face"].data.shape_keys.key_blocks["cheekPuff"].value == pytest.approx(0.9)
 
 
 def test_a_turned_head_is_turned_in_the_file(generic_face: bpy.types.Object, tmp_path: Path) -> None:
