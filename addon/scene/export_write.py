@@ -82,10 +82,14 @@ def _move(source: Path, target: Path) -> None:
 
 
 def check_exporter(kind: str) -> None:
-    """Refuse a format whose exporter this Blender lacks; those of glTF and FBX are add-ons."""
+    """Refuse a format whose exporter this Blender lacks: those of glTF and FBX are add-ons, Debian lacks others."""
     area, name = EXPORTERS[kind]
     if name not in dir(getattr(bpy.ops, area)):
-        raise FacewrightError(f"this Blender has no {kind} exporter: turn on the {kind} add-on in the Preferences")
+        built_in = area == "wm"
+        remedy = "export GLB or FBX" if built_in else f"turn on the {kind} add-on in the Preferences"
+        raise FacewrightError(
+            f"this Blender {'was built without its' if built_in else 'has no'} {kind} exporter: {remedy}"
+        )
 
 
 def _call(kind: str, **options: Any) -> set[str]:

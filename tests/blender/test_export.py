@@ -382,6 +382,13 @@ def test_without_the_add_on_of_a_format_that_is_said(face: bpy.types.Object, tmp
     export(tmp_path / "head.fbx")
 
 
+def test_a_blender_that_was_built_without_a_format_gets_another_remedy(
+    face: bpy.types.Object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(module("scene.export_write").EXPORTERS, "USD", ("wm", "usd_export_of_another_build"))
+    refused(tmp_path / "head.usdc", "this Blender was built without its USD exporter: export GLB or FBX")
+
+
 def test_the_button_is_for_heads_in_object_mode() -> None:
     before = snapshot()
     with pytest.raises(RuntimeError, match="Reconstruct a face first"):
