@@ -2,7 +2,6 @@
 
 import math
 import textwrap
-import time
 from collections.abc import Callable
 from typing import Any, ClassVar
 
@@ -83,14 +82,10 @@ class WorkOperator:
 
     def _advance(self, context: bpy.types.Context) -> Result:
         assert self._work is not None
-        until = time.monotonic() + POLL_SECONDS / 2
         try:
-            while time.monotonic() < until:
-                Running.stage, fraction, Running.remaining_s = next(self._work)
-                # One bar for decoding and the work after it: it never falls.
-                Running.fraction = max(Running.fraction, fraction)
-                if Running.stage != "decode":
-                    break
+            Running.stage, fraction, Running.remaining_s = next(self._work)
+            # One bar for decoding and the work after it: it never falls.
+            Running.fraction = max(Running.fraction, fraction)
         except StopIteration as end:
             self._given = (end.value,)
             return self._deliver(context)

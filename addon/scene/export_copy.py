@@ -22,7 +22,7 @@ from .heads import SKIN, Head
 # What a copy is made of, and what exporters may leave behind.
 KINDS = ("scenes", "collections", "objects", "meshes", "shape_keys", "actions", "materials", "images", "node_groups")
 # What the library notes in a mesh, of no use elsewhere.
-NOTES = ("generic_position",)
+NOTES = ("generic_position", "made_position")
 
 
 @dataclass(frozen=True)

@@ -51,6 +51,13 @@ pub const VALIDATOR: Pinned = Pinned {
     sha256: "4e03dbdc3bc0d1342afd5d2d7ae341a7e3474502ccb872b02dbbaddaee0fdec6",
 };
 
+/// three.js (MIT), in which tests read exported heads back.
+pub const THREE: Pinned = Pinned {
+    package: "three@0.170.0",
+    file: "three-0.170.0.tgz",
+    sha256: "4a608a355dcaba72e0e5383cdc814303f5b6060b43c238cdf6932dceb699238d",
+};
+
 /// The path of a wheel, downloaded once into `target/downloads`.
 pub fn wheel(pinned: &Pinned) -> anyhow::Result<PathBuf> {
     fetch(pinned, |folder| {
