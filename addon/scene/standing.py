@@ -54,8 +54,13 @@ def _in_the_way(scene: bpy.types.Scene, own: set[bpy.types.Object]) -> list[Box]
     for layer in layers:
         layer.update()
     seen = [obj for obj in scene.objects if obj not in own and any(obj.visible_get(view_layer=v) for v in layers)]
-    boxes = [_box(obj) for obj in seen if obj.type in {"MESH", "CURVE", "SURFACE", "META", "FONT", "VOLUME"}]
+    boxes = [_box(obj) for obj in seen if _is_solid(obj)]
     return [box for box in boxes if (box.high - box.low).max() <= SURROUNDINGS]
+
+
+def _is_solid(obj: bpy.types.Object) -> bool:
+    """Whether an object hides what is in it; points, as those of a motion, do not."""
+    return bool(obj.data.polygons) if obj.type == "MESH" else obj.type in {"CURVE", "SURFACE", "META", "FONT", "VOLUME"}
 
 
 def _box(obj: bpy.types.Object) -> Box:

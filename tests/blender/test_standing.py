@@ -41,8 +41,13 @@ def test_a_head_stands_before_what_is_in_its_place(clips: Clips) -> None:
     assert box(anna)[1][1] > box(near)[0][1] - 0.3, "and is no farther than needed"
 
 
-def test_rooms_floors_and_what_is_hidden_are_in_nobodys_way(clips: Clips) -> None:
+def test_rooms_floors_points_and_what_is_hidden_are_in_nobodys_way(clips: Clips) -> None:
     cube(8.0)
+    points = cube(0.4)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.delete(type="EDGE_FACE")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert len(points.data.vertices) == 8
     bpy.ops.mesh.primitive_plane_add(size=20.0)
     cube(1.0).hide_set(True)
     assert run(clips.anna).location[:] == (0.0, 0.0, 0.0)
