@@ -168,7 +168,8 @@ def frame_picture(arguments: argparse.Namespace, name: str, folder: Path) -> np.
     video = importlib.import_module(f"{PACKAGE}.scene.video")
     jobs = importlib.import_module(f"{PACKAGE}.jobs")
     with jobs.wait(video.decode(str(arguments.clip), [int(name.removeprefix("frame_"))])) as decoded:
-        return pixels(Path(decoded) / f"{name}.png")
+        (picture,) = Path(decoded).iterdir()
+        return pixels(picture)
 
 
 def pixels(path: Path) -> np.ndarray:
