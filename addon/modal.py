@@ -101,6 +101,8 @@ class WorkOperator:
         """Finish, unless the artist is dragging something: changes meanwhile would pull it from under the mouse."""
         assert self._given is not None
         if is_dragging(context):
+            Running.stage, Running.fraction, Running.remaining_s = "done, let go of the mouse", 1.0, None
+            redraw(context)
             return {"RUNNING_MODAL"}
         self._end(context)
         left = leave_modes(context)
