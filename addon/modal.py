@@ -104,9 +104,10 @@ class WorkOperator:
             Running.stage, Running.fraction, Running.remaining_s = "done, let go of the mouse", 1.0, None
             redraw(context)
             return {"RUNNING_MODAL"}
+        (given,) = self._given
         self._end(context)
         left = leave_modes(context)
-        return reported(self, lambda: "; ".join([self.finish(context, self._given[0]), *left]))
+        return reported(self, lambda: "; ".join([self.finish(context, given), *left]))
 
     def _end(self, context: bpy.types.Context) -> None:
         if self._work is not None:

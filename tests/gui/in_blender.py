@@ -17,7 +17,6 @@ from typing import Any
 
 import bpy
 import numpy as np
-from bpy_extras.view3d_utils import location_3d_to_region_2d
 from mathutils import Vector
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -112,14 +111,15 @@ def hovered() -> str:
 def seen(area: bpy.types.Area) -> float:
     """The part of a 3D view's height that the first head takes; 0 where it is not wholly in it, or behind something."""
     skin = next((obj for obj in bpy.data.objects if obj.get("facewright_part") == "skin"), None)
-    region = next(region for region in area.regions if region.type == "WINDOW")
     if skin is None or hidden(skin, area):
         return 0.0
-    points = [skin.matrix_world @ vertex.co for vertex in list(skin.data.vertices)[::20]]
-    places = [location_3d_to_region_2d(region, area.spaces.active.region_3d, point) for point in points]
-    if any(p is None or not (0 <= p.x <= region.width and 0 <= p.y <= region.height) for p in places):
+    to_view = area.spaces.active.region_3d.perspective_matrix @ skin.matrix_world
+    places = [to_view @ vertex.co.to_4d() for vertex in list(skin.data.vertices)[::20]]
+    # Both ways from -1 to 1 in the view.
+    if any(p.w <= 0.0 or abs(p.x) > p.w or abs(p.y) > p.w for p in places):
         return 0.0
-    return (max(p.y for p in places) - min(p.y for p in places)) / region.height
+    heights = [p.y / p.w for p in places]
+    return (max(heights) - min(heights)) / 2.0
 
 
 def hidden(skin: bpy.types.Object, area: bpy.types.Area) -> bool:
