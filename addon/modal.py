@@ -192,7 +192,8 @@ def reported(operator: Any, action: Callable[[], str]) -> Result:
 
 def is_dragging(context: bpy.types.Context) -> bool:
     """Whether another operator holds the mouse in any window."""
-    running = [operator for window in context.window_manager.windows for operator in window.modal_operators]
+    # Where Blender does not tell, nothing waits.
+    running = [o for window in context.window_manager.windows for o in getattr(window, "modal_operators", ())]
     return any({"BLOCKING", "GRAB_CURSOR"} & operator.bl_options for operator in running)
 
 
