@@ -175,12 +175,44 @@ def choose(scene: Any, number: int) -> None:
     scene.facewright_clip.wanted = heads.own_key(scene, _local(scene)[number - 1]) if number else NEW
 
 
-def forget_choice(scene: Any) -> None:
-    """Another clip may show another person: choose anew, unless it is the one that the chosen head was made from."""
+def meet_clip(scene: Any, path: str) -> None:
+    """Count the frames of a clip that was chosen, by its absolute path, and choose its head.
+
+    The part that is used begins as all of it. Another clip may show another person: choose anew, unless it is the one
+    that the chosen head was made from.
+    """
     settings = scene.facewright_clip
+    settings.frames = _count(path)
+    if settings.frames and not settings.use_range:
+        settings.first, settings.last = 0, settings.frames - 1
     head = heads.of_key(_local(scene), settings.wanted)
     if head is None or head.clip is None or not heads.same_clip(head.clip, settings.path):
         settings.wanted = ""
+
+
+def length_line(settings: Any) -> tuple[str, bool] | None:
+    """How long a clip is, and how much of it is used; and whether that can be. None where it was not counted."""
+    count = settings.frames
+    if count < 0 or not settings.path:
+        return None
+    if count == 0:
+        return "No frames there: choose a video, or a folder of pictures", False
+    used = min(settings.last, count - 1) - settings.first + 1
+    if settings.use_range and used < 2:
+        return f"The clip has {count} frames, 0 to {count - 1}", False
+    return (f"{used} of {count} frames" if settings.use_range else f"{count} frames"), True
+
+
+def _count(path: str) -> int:
+    """Number of a clip's frames; 0 for what is none."""
+    if not path or not Path(path).exists():
+        return 0
+    if video.is_video(path):
+        return video.frame_count(path)
+    try:
+        return len(_images(Source(path)))
+    except FacewrightError:
+        return 0
 
 
 def _choice(head: Head) -> tuple[str, str, str]:

@@ -20,6 +20,11 @@ class FACEWRIGHT_PT_clip(Side, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout, clip = self.layout, context.scene.facewright_clip
         layout.prop(clip, "path", text="", placeholder="Video or folder")
+        text, is_usable = actions.length_line(clip) or ("", True)
+        if not is_usable:
+            draw_text(layout, context, text, icon="ERROR")
+        elif text:
+            layout.label(text=text)
         layout.prop(clip, "use_range")
         if clip.use_range:
             row = layout.row(align=True)

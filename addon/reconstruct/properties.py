@@ -23,8 +23,10 @@ class FacewrightClip(bpy.types.PropertyGroup):
         name="Clip",
         description="A video, a folder of frames, or the first image of a sequence",
         subtype="FILE_PATH",
-        update=lambda self, _context: actions.forget_choice(self.id_data),
+        update=lambda self, _context: actions.meet_clip(self.id_data, bpy.path.abspath(self.path)),
     )
+    # How many frames the clip has, counted when it is chosen: 0 where none can be read, -1 in files of older versions.
+    frames: bpy.props.IntProperty(default=-1, options={"HIDDEN"})
     head: bpy.props.EnumProperty(
         name="Head",
         description="The head that is made or updated; another clip makes a new head, unless it has made one before",

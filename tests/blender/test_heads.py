@@ -109,6 +109,7 @@ def test_the_choice_is_shown_as_soon_as_there_is_one(clips: Clips) -> None:
     shown: list[str] = []
     layout = SimpleNamespace(
         prop=lambda _data, name, **_more: shown.append(name),
+        label=lambda **_more: None,
         row=lambda **_more: SimpleNamespace(operator=lambda *_names, **_more: None),
     )
     panel = bpy.types.FACEWRIGHT_PT_clip
