@@ -205,9 +205,12 @@ def leave_modes(context: bpy.types.Context) -> list[str]:
     left = []
     for window in context.window_manager.windows:
         active = window.view_layer.objects.active
-        if active is not None and active.mode != "OBJECT":
-            left.append(f"{active.name} was in {active.mode.replace('_', ' ').title()} Mode, which was left")
-            with context.temp_override(window=window):
+        if active is None or active.mode == "OBJECT":
+            continue
+        with context.temp_override(window=window):
+            # Blender cannot for what is hidden; the result must not be lost over that.
+            if bpy.ops.object.mode_set.poll():
+                left.append(f"{active.name} was in {active.mode.replace('_', ' ').title()} Mode, which was left")
                 bpy.ops.object.mode_set(mode="OBJECT")
     return left
 

@@ -76,8 +76,8 @@ def names(skin: Any) -> list[str]:
 
 def changed(settings: Any) -> list[str]:
     """Which options of an expression are set to something else than the usual."""
-    usual = {"strength": 1.0, "blend": REPLACE}
-    return [name for name, value in usual.items() if getattr(settings, name) != value]
+    usual = settings.bl_rna.properties
+    return [name for name in ("strength", "blend") if getattr(settings, name) != usual[name].default]
 
 
 def express(skin: Any, name: str, strength: float, blend: str, keying: Keying | None) -> str:

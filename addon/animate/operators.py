@@ -8,6 +8,7 @@ import bpy
 from ..engine import FacewrightError
 from ..modal import Result
 from . import actions
+from .options import Blended
 
 
 class OnFace:
@@ -67,29 +68,13 @@ class Keyed:
     )
 
 
-class FACEWRIGHT_OT_expression(OnFace, Keyed, bpy.types.Operator):
+class FACEWRIGHT_OT_expression(OnFace, Keyed, Blended, bpy.types.Operator):
     """Set the head's shape keys to an expression; with auto keying on, insert keyframes of all of them"""
 
     bl_idname = "facewright.expression"
     bl_label = "Expression"
 
     name: bpy.props.StringProperty(name="Expression", default=actions.NEUTRAL)
-    strength: bpy.props.FloatProperty(
-        name="Strength",
-        description="How much of the expression is taken",
-        default=1.0,
-        min=0.0,
-        max=1.0,
-        subtype="FACTOR",
-        options={"SKIP_SAVE"},
-    )
-    blend: bpy.props.EnumProperty(
-        name="Blend",
-        description="How the expression goes onto the present pose",
-        items=actions.BLENDS,
-        default=actions.REPLACE,
-        options={"SKIP_SAVE"},
-    )
 
     def work(self, scene: bpy.types.Scene, skin: bpy.types.Object) -> str:
         keying = actions.keying(scene, skin, self.keyframe)

@@ -178,12 +178,14 @@ def choose(scene: Any, number: int) -> None:
 def meet_clip(scene: Any, path: str) -> None:
     """Count the frames of a clip that was chosen, by its absolute path, and choose its head.
 
-    The part that is used begins as all of it. Another clip may show another person: choose anew, unless it is the one
-    that the chosen head was made from.
+    The part that is used begins as all of it, unless the artist has set another. Another clip may show another person:
+    choose anew, unless it is the one that the chosen head was made from.
     """
     settings = scene.facewright_clip
+    usual = settings.bl_rna.properties
+    untouched = {(usual["first"].default, usual["last"].default), (0, settings.frames - 1)}
     settings.frames = _count(path)
-    if settings.frames and not settings.use_range:
+    if settings.frames and not settings.use_range and (settings.first, settings.last) in untouched:
         settings.first, settings.last = 0, settings.frames - 1
     head = heads.of_key(_local(scene), settings.wanted)
     if head is None or head.clip is None or not heads.same_clip(head.clip, settings.path):

@@ -65,7 +65,8 @@ def is_painted(picture: bpy.types.Image) -> bool:
     """Whether an artist has changed the pixels of an image of ours; of an older version's, whether they are unsaved."""
     if MADE not in picture:
         return picture.is_dirty
-    return picture[MADE] != _fingerprint(picture)
+    # One whose file was lost has no pixels: there is nothing to keep.
+    return len(picture.pixels) > 0 and picture[MADE] != _fingerprint(picture)
 
 
 def _fingerprint(picture: bpy.types.Image) -> str:

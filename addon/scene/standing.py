@@ -37,6 +37,9 @@ def free_place(
     own: set[bpy.types.Object],
 ) -> Vector:
     """Where to stand with (n, 3) vertices in Blender's axes, in a scene that has the skins of other heads already."""
+    for layer in scene.view_layers:
+        # Where things are after what was moved just now.
+        layer.update()
     place = scene.cursor.location.copy()
     neighbour = max(skins, key=lambda skin: skin.matrix_world.translation.x, default=None)
     if neighbour is not None:
@@ -51,8 +54,6 @@ def free_place(
 def _in_the_way(scene: bpy.types.Scene, own: set[bpy.types.Object]) -> list[Box]:
     """What can be seen in a scene and is no larger than things are."""
     layers = scene.view_layers
-    for layer in layers:
-        layer.update()
     seen = [obj for obj in scene.objects if obj not in own and any(obj.visible_get(view_layer=v) for v in layers)]
     boxes = [_box(obj) for obj in seen if _is_solid(obj)]
     return [box for box in boxes if (box.high - box.low).max() <= SURROUNDINGS]

@@ -63,6 +63,20 @@ def test_a_part_that_was_chosen_stays_with_another_clip(settings: Any, pictures:
     assert line(settings) == ("5 of 12 frames", True)
 
 
+def test_a_part_that_was_set_before_the_clip_stays(settings: Any, pictures: Path) -> None:
+    settings.first, settings.last = 3, 7
+    settings.path = str(pictures)
+    settings.use_range = True
+    assert line(settings) == ("5 of 12 frames", True)
+
+
+def test_all_of_one_clip_becomes_all_of_another(settings: Any, pictures: Path) -> None:
+    settings.path = str(pictures)
+    shutil.copy(FRAME, pictures / "frame_12.jpg")
+    settings.path = str(pictures / "frame_00.jpg")
+    assert (settings.first, settings.last) == (0, 12)
+
+
 def test_what_has_no_frames_is_said_before_a_run(settings: Any, tmp_path: Path) -> None:
     (tmp_path / "notes.txt").touch()
     (tmp_path / "broken.mp4").write_bytes(b"no film")

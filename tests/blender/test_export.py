@@ -389,10 +389,10 @@ def test_a_blender_that_was_built_without_a_format_gets_another_remedy(
     refused(tmp_path / "head.usdc", "this Blender was built without its USD exporter: export GLB or FBX")
 
 
-def test_the_button_is_for_heads_in_object_mode() -> None:
+def test_the_button_is_for_heads_in_object_mode(tmp_path: Path) -> None:
     before = snapshot()
     with pytest.raises(RuntimeError, match="Reconstruct a face first"):
-        bpy.ops.facewright.export(filepath="/tmp/head.glb")
+        bpy.ops.facewright.export(filepath=str(tmp_path / "head.glb"))
     assert snapshot() == before
     face = module("scene.head").place(bpy.context.scene, module("engine").generic_head())
     assert bpy.ops.facewright.export.poll()
@@ -400,7 +400,7 @@ def test_the_button_is_for_heads_in_object_mode() -> None:
     select(face)
     bpy.ops.object.mode_set(mode="EDIT")
     with pytest.raises(RuntimeError, match="Go to Object Mode first"):
-        bpy.ops.facewright.export(filepath="/tmp/head.glb")
+        bpy.ops.facewright.export(filepath=str(tmp_path / "head.glb"))
     bpy.ops.object.mode_set(mode="OBJECT")
 
 

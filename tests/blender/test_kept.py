@@ -143,6 +143,17 @@ def test_a_painted_picture_stays_shown_and_the_new_one_is_there(clips: Clips, gr
     assert len(bpy.data.images) == 3, "unpainted pictures are replaced, not heaped up"
 
 
+def test_a_picture_without_pixels_is_no_painting(clips: Clips) -> None:
+    anna = run(clips.anna)
+    skin = head_of(anna).parts["skin"]["facewright_picture"]
+    skin.unpack(method="REMOVE")
+    skin.source, skin.filepath = "FILE", "//lost.png"
+    skin.reload()
+    assert len(skin.pixels) == 0
+    run(clips.anna)
+    assert reds(anna) == {ANNA.red} and kept(anna) == []
+
+
 def test_what_is_set_on_a_picture_is_set_on_the_one_that_follows_it(clips: Clips, grown: Callable[[], None]) -> None:
     anna = run(clips.anna)
     old = head_of(anna).parts["skin"]["facewright_picture"]

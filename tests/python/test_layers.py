@@ -13,9 +13,10 @@ FILES = sorted(p for p in ADDON.rglob("*.py") if "__pycache__" not in p.parts)
 # What a module of a kind may import of the add-on itself.
 ALLOWED = {
     "panel": {"operators", "actions", "scene", "modal"},
-    "operators": {"actions", "scene", "engine", "jobs", "modal"},
+    "operators": {"actions", "options", "scene", "engine", "jobs", "modal"},
     "actions": {"scene", "engine", "jobs"},
-    "properties": {"actions"},
+    "properties": {"actions", "options"},
+    "options": {"actions"},
     "following": {"actions"},
     "scene": {"scene", "engine"},
     "engine": {"engine"},
