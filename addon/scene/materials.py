@@ -49,7 +49,11 @@ def new_image(name: str, pixels: NDArray[np.uint8], like: bpy.types.Image | None
     What an artist has set on another image, such as its colour space, is so on one that is to be `like` it.
     """
     height, width = pixels.shape[:2]
-    picture = like.copy() if like is not None else bpy.data.images.new(name, width, height, alpha=False)
+    # One whose file was lost has nothing that could be given another size.
+    if like is not None and len(like.pixels) > 0:
+        picture = like.copy()
+    else:
+        picture = bpy.data.images.new(name, width, height, alpha=False)
     if tuple(picture.size) != (width, height):
         picture.scale(width, height)
     values = np.flipud(pixels).astype(np.float32) / 255.0
