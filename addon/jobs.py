@@ -1,18 +1,16 @@
 """Running a native job: polled by a modal operator in a window, waited for in the background.
 
-`Work` is a generator that yields `(stage, fraction, seconds left)` while it is busy and returns its result; what is
-left may be unknown. The same generator serves both ways, so that a click and a script cannot differ. Closing it cancels
-what runs.
+`Work` is a generator that yields its `Progress` while it is busy and returns its result. The same generator serves both
+ways, so that a click and a script cannot differ. Closing it cancels what runs.
 """
 
 import time
 from collections.abc import Generator
 from typing import Any, TypeVar
 
-from .engine import Job
+from .engine import Job, Progress
 
 T = TypeVar("T")
-Progress = tuple[str, float, float | None]
 Work = Generator[Progress, None, T]
 
 POLL_SECONDS = 0.05
@@ -20,9 +18,11 @@ POLL_SECONDS = 0.05
 
 def watch(job: Job[Any]) -> Work[Any]:
     """Follow a native job to its result; closing the generator cancels the job and waits until it has stopped."""
+    seen = 0
     try:
         while not job.finished():
-            yield job.progress()
+            seen, sketch = job.sketch(seen) or (seen, None)
+            yield Progress(*job.progress(), job.step(), sketch)
         return job.result()
     except GeneratorExit:
         job.cancel()

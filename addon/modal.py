@@ -1,7 +1,5 @@
 """What operators have in common: work that goes on while the artist looks on, files that are asked for, movie clips."""
 
-import math
-import textwrap
 from collections.abc import Callable
 from typing import Any, ClassVar
 
@@ -9,33 +7,21 @@ import bpy
 
 from .engine import Cancelled, FacewrightError
 from .jobs import POLL_SECONDS, Work, wait
+from .running import STARTING, Running, Said, redraw
 from .scene import face_tracks
 
 Result = set[str]
 
-# Editors with a side bar of ours.
-SIDE_BARS = {"VIEW_3D", "CLIP_EDITOR"}
-# Of a side bar at scale 1: what tabs and frames take, what an icon takes, and the mean width of a letter.
-SIDE_BAR_MARGIN_PX = 70
-ICON_PX = 20
-CHARACTER_PX = 5.8
-
-
-class Running:
-    """What runs in this Blender, for panels and polls: at most one thing at a time."""
-
-    stage: ClassVar[str] = ""
-    fraction: ClassVar[float] = 0.0
-    # Seconds left, where that is known.
-    remaining_s: ClassVar[float | None] = None
-    active: ClassVar[bool] = False
-    # The operator's class: a panel shows the progress of its own.
-    operator: ClassVar[type | None] = None
-
 
 class WorkOperator:
-    """Mix-in: `start` gives the work, `finish` changes the data in one step and gives the message."""
+    """Mix-in: `start` gives the work, `finish` changes the data in one step and gives the message.
 
+    Meanwhile `show` may draw what there is of the result, and `hide` takes that away, `cancelled` or as the result
+    comes.
+    What was said stays in the panel: the message, or the part of it that `finish` has put into `stays`.
+    """
+
+    stays = ""
     _work: Work[Any] | None = None
     # What the work gave, until Blender can take it.
     _given: tuple[Any] | None = None
@@ -49,8 +35,14 @@ class WorkOperator:
     def finish(self, context: bpy.types.Context, result: Any) -> str:
         raise NotImplementedError
 
+    def show(self, context: bpy.types.Context, sketch: Any) -> None:
+        """Draw a sketch of the result; a sketch is whatever the work yields as one."""
+
+    def hide(self, context: bpy.types.Context, cancelled: bool) -> None:
+        """Take the sketch away."""
+
     def execute(self, context: bpy.types.Context) -> Result:
-        return reported(self, lambda: self.finish(context, wait(self.start(context))))
+        return self._said(lambda: self.finish(context, wait(self.start(context))))
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> Result:
         if bpy.app.background:
@@ -58,11 +50,8 @@ class WorkOperator:
         try:
             self._work = self.start(context)
         except FacewrightError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        Running.active = True
-        Running.stage, Running.fraction, Running.remaining_s = "starting", 0.0, None
-        Running.operator = type(self)
+            return self._say("ERROR", str(error))
+        Running.begin(type(self))
         self._timer = context.window_manager.event_timer_add(POLL_SECONDS, window=context.window)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
@@ -70,8 +59,7 @@ class WorkOperator:
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> Result:
         if event.type == "ESC" and event.value == "PRESS":
             self._end(context)
-            self.report({"INFO"}, "Cancelled; nothing was changed")
-            return {"CANCELLED"}
+            return self._say("INFO", "Cancelled; nothing was changed")
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         return self._advance(context) if self._given is None else self._deliver(context)
@@ -83,17 +71,16 @@ class WorkOperator:
     def _advance(self, context: bpy.types.Context) -> Result:
         assert self._work is not None
         try:
-            Running.stage, fraction, Running.remaining_s = next(self._work)
-            # One bar for decoding and the work after it: it never falls.
-            Running.fraction = max(Running.fraction, fraction)
+            progress = next(self._work)
         except StopIteration as end:
             self._given = (end.value,)
             return self._deliver(context)
         except FacewrightError as error:
             self._end(context)
-            level = "INFO" if isinstance(error, Cancelled) else "ERROR"
-            self.report({level}, str(error))
-            return {"CANCELLED"}
+            return self._say("INFO" if isinstance(error, Cancelled) else "ERROR", str(error))
+        Running.advance(progress)
+        if progress.sketch is not None:
+            self.show(context, progress.sketch)
         redraw(context)
         return {"RUNNING_MODAL"}
 
@@ -101,22 +88,37 @@ class WorkOperator:
         """Finish, unless the artist is dragging something: changes meanwhile would pull it from under the mouse."""
         assert self._given is not None
         if is_dragging(context):
-            Running.stage, Running.fraction, Running.remaining_s = "done, let go of the mouse", 1.0, None
+            Running.advance(STARTING._replace(stage="done, let go of the mouse", fraction=1.0))
             redraw(context)
             return {"RUNNING_MODAL"}
         (given,) = self._given
-        self._end(context)
+        self._end(context, cancelled=False)
         left = leave_modes(context)
-        return reported(self, lambda: "; ".join([self.finish(context, given), *left]))
+        return self._said(lambda: "; ".join([self.finish(context, given), *left]))
 
-    def _end(self, context: bpy.types.Context) -> None:
+    def _said(self, action: Callable[[], str]) -> Result:
+        """Do what gives a message, and say that, or what is wrong."""
+        try:
+            message = action()
+        except FacewrightError as error:
+            return self._say("ERROR", str(error))
+        self._say("INFO", message)
+        return {"FINISHED"}
+
+    def _say(self, kind: str, text: str) -> Result:
+        self.report({kind}, text)
+        Running.said[type(self)] = Said(kind, text if kind == "ERROR" else self.stays or text)
+        return {"CANCELLED"}
+
+    def _end(self, context: bpy.types.Context, cancelled: bool = True) -> None:
         if self._work is not None:
             self._work.close()
             self._work = None
         if self._timer is not None:
             context.window_manager.event_timer_remove(self._timer)
             self._timer = None
-        Running.active, Running.operator = False, None
+        self.hide(context, cancelled)
+        Running.end()
         redraw(context)
 
 
@@ -215,21 +217,6 @@ def leave_modes(context: bpy.types.Context) -> list[str]:
     return left
 
 
-def redraw(context: bpy.types.Context) -> None:
-    """Draw the side bars again."""
-    for area in context.screen.areas if context.screen else []:
-        if area.type in SIDE_BARS:
-            area.tag_redraw()
-
-
-def idle(operator: type[bpy.types.Operator]) -> bool:
-    """Whether nothing runs; tells the artist otherwise."""
-    if Running.active:
-        operator.poll_message_set("Facewright is already working: wait, or press Esc")
-        return False
-    return True
-
-
 def clip_of(context: bpy.types.Context) -> bpy.types.MovieClip | None:
     """The clip that the Clip editor shows; elsewhere the scene's, or the only one."""
     clips = bpy.data.movieclips
@@ -263,21 +250,6 @@ def has_tracks(operator: type[bpy.types.Operator], context: bpy.types.Context) -
     return True
 
 
-def draw_progress(layout: bpy.types.UILayout) -> None:
-    """What runs, as a bar with its present stage and the time left."""
-    row = layout.row()
-    row.scale_y = 1.5
-    row.progress(factor=Running.fraction, type="BAR", text=(Running.stage or "starting").capitalize())
-    layout.label(text=f"{time_left(Running.remaining_s)}Esc cancels")
-
-
-def time_left(seconds: float | None) -> str:
-    """`2 min left, ` or nothing where that is unknown."""
-    if seconds is None:
-        return ""
-    return f"{math.ceil(seconds / 60)} min left, " if seconds > 90 else f"{math.ceil(seconds)} s left, "
-
-
 def draw_pupils(layout: bpy.types.UILayout, person: bpy.types.PropertyGroup) -> None:
     """The measured interpupillary distance, in a layout that splits properties."""
     row = layout.row(heading="Pupils (mm)")
@@ -285,13 +257,3 @@ def draw_pupils(layout: bpy.types.UILayout, person: bpy.types.PropertyGroup) -> 
     value = row.row()
     value.active = person.use_interocular
     value.prop(person, "interocular_mm", text="")
-
-
-def draw_text(layout: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str = "NONE") -> None:
-    """A sentence in as many lines as the side bar needs; Blender would leave out the middle of a long one."""
-    width = context.region.width / context.preferences.system.ui_scale - SIDE_BAR_MARGIN_PX
-    width -= 0 if icon == "NONE" else ICON_PX
-    column = layout.column(align=True)
-    for line in textwrap.wrap(text, max(16, int(width / CHARACTER_PX))):
-        column.label(text=line, icon=icon)
-        icon = "NONE" if icon == "NONE" else "BLANK1"

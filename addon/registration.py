@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import cli, older_files
+from . import cli, older_files, running
 from .animate.keying_set import FacewrightFace
 from .animate.operators import (
     FACEWRIGHT_OT_clear_keyframes,
@@ -69,6 +69,7 @@ from .rig.operators import (
 )
 from .rig.panel import FACEWRIGHT_PT_rig
 from .rig.properties import FacewrightRig, FacewrightRigFolder
+from .running import FACEWRIGHT_OT_dismiss
 from .track.operators import (
     FACEWRIGHT_OT_open_tracks,
     FACEWRIGHT_OT_remove_tracks,
@@ -93,6 +94,7 @@ CLASSES: tuple[type, ...] = (
     FacewrightTrack,
     FacewrightMotion,
     FacewrightKeys,
+    FACEWRIGHT_OT_dismiss,
     FACEWRIGHT_OT_calibrate,
     FACEWRIGHT_OT_open_camera,
     FACEWRIGHT_OT_forget_camera,
@@ -166,11 +168,13 @@ def register() -> None:
     bpy.types.CLIP_MT_clip.append(draw_motion_menu)
     following.register()
     older_files.register()
+    running.register()
     cli.register()
 
 
 def unregister() -> None:
     cli.unregister()
+    running.unregister()
     older_files.unregister()
     following.unregister()
     bpy.types.CLIP_MT_clip.remove(draw_motion_menu)

@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..modal import draw_text
+from ..running import draw_text
 from . import actions
 from .operators import (
     FACEWRIGHT_OT_clear_keyframes,

@@ -4,16 +4,8 @@ import bpy
 
 from ..engine import FacewrightError
 from ..jobs import Work
-from ..modal import (
-    OpenOperator,
-    Result,
-    SaveDrawingOperator,
-    SaveOperator,
-    WorkOperator,
-    idle,
-    in_object_mode,
-    saved_as,
-)
+from ..modal import OpenOperator, Result, SaveDrawingOperator, SaveOperator, WorkOperator, in_object_mode, saved_as
+from ..running import idle
 from ..scene import boards as scene_boards
 from ..scene import camera as scene_camera
 from ..scene import footage

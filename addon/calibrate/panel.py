@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..modal import Running, draw_progress, draw_text
+from ..running import Running, draw_progress, draw_said, draw_text
 from . import actions
 from .operators import (
     FACEWRIGHT_OT_calibrate,
@@ -53,6 +53,7 @@ class FACEWRIGHT_PT_camera(Side, bpy.types.Panel):
         row.operator(FACEWRIGHT_OT_calibrate.bl_idname, text="Photos…", icon="IMAGE_DATA")
         clip = row.operator(FACEWRIGHT_OT_calibrate.bl_idname, text="Clip…", icon="FILE_MOVIE")
         clip.filter_image, clip.filter_movie = False, True
+        draw_said(column, context, FACEWRIGHT_OT_calibrate)
         row = column.row(align=True)
         row.operator(FACEWRIGHT_OT_open_camera.bl_idname, text="Open…")
         row.operator(FACEWRIGHT_OT_save_camera.bl_idname, text="Save…")

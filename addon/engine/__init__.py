@@ -4,8 +4,9 @@ import os
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
+import numpy as np
 from facewright import (
     Assets,
     CalibrateOptions,
@@ -37,6 +38,7 @@ from facewright import save_board as save_board
 from facewright import save_calibration_picture as save_calibration_picture
 from facewright import track as _track
 from facewright import video_size as video_size
+from numpy.typing import NDArray
 
 __all__ = [
     "CalibrateOptions",
@@ -47,6 +49,7 @@ __all__ = [
     "Job",
     "Motion",
     "MotionOptions",
+    "Progress",
     "ReconstructOptions",
     "Reconstruction",
     "Report",
@@ -73,6 +76,19 @@ __all__ = [
 Method = Literal["default", "paper"]
 Page = Literal["A4", "A3", "Letter"]
 Bend = Literal["never", "judged", "always"]
+
+
+class Progress(NamedTuple):
+    """How far some work is, and (n, 3) vertices of what it has made so far, where they have changed."""
+
+    stage: str
+    # Of the whole work, 0 to 1.
+    fraction: float
+    # Seconds left, where that is known.
+    remaining_s: float | None = None
+    # The present step, counted from 1, and the last.
+    step: tuple[int, int] | None = None
+    sketch: NDArray[np.float32] | None = None
 
 
 def assets_folder() -> str:

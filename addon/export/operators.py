@@ -4,7 +4,8 @@ import os
 
 import bpy
 
-from ..modal import FileOperator, Result, idle, in_object_mode
+from ..modal import FileOperator, Result, in_object_mode
+from ..running import idle
 from . import actions
 
 FORMATS = [

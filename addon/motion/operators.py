@@ -13,11 +13,11 @@ from ..modal import (
     clip_of,
     has_clip,
     has_tracks,
-    idle,
     in_object_mode,
     reported,
     saved_as,
 )
+from ..running import idle
 from ..scene import face_tracks
 from . import actions
 

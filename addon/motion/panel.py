@@ -2,7 +2,8 @@
 
 import bpy
 
-from ..modal import Running, draw_progress, draw_pupils, draw_text
+from ..modal import draw_pupils
+from ..running import Running, draw_progress, draw_said, draw_text
 from ..scene import face_tracks
 from . import actions
 from .operators import (
@@ -64,6 +65,7 @@ def draw_motion(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     row = layout.row()
     row.scale_y = 1.5
     row.operator(FACEWRIGHT_OT_motion.bl_idname, icon="CON_CAMERASOLVER")
+    draw_said(layout, context, FACEWRIGHT_OT_motion)
     row = layout.row(align=True)
     row.operator(FACEWRIGHT_OT_open_motion.bl_idname, text="Open…")
     row.operator(FACEWRIGHT_OT_save_motion.bl_idname, text="Save…")

@@ -151,10 +151,19 @@ def show(layer: Any, face: Any) -> None:
         layer.objects.active = face
 
 
-def present(window: Any) -> str:
-    """Frame what is selected in a window; gives what to do next."""
+def present(window: Any) -> None:
+    """Frame what is selected in a window, with its texture."""
     view.present(window)
-    return "next: try an expression in the panel; Material Preview (Z) shows skin and eyes in light"
+
+
+def next_step(is_new: bool) -> list[str]:
+    """What to do next, where a head is new."""
+    return ["next: try an expression in the panel; Material Preview (Z) shows skin and eyes in light"] * is_new
+
+
+def makes_new(scene: Any, clip: str, wanted: str) -> bool:
+    """Whether a run on a clip makes a new head, and updates none."""
+    return _chosen(_local(scene), clip, wanted) is None
 
 
 def choices(scene: Any) -> list[tuple[str, str, str]]:

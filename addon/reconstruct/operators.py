@@ -1,10 +1,14 @@
 """The reconstruction's buttons."""
 
+from typing import Any
+
 import bpy
 
 from ..engine import Reconstruction
 from ..jobs import Work
-from ..modal import WorkOperator, idle, in_object_mode
+from ..modal import WorkOperator, in_object_mode
+from ..running import idle
+from ..scene.growing import Growing
 from . import actions
 
 
@@ -25,6 +29,7 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
     )
 
     _made_of = _wanted = ""
+    _growing: Growing | None = None
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -39,6 +44,9 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
         clip = context.scene.facewright_clip
         # The artist may choose another clip or head by the time the work is done.
         self._made_of, self._wanted = clip.path, clip.wanted
+        # An update is not drawn: the head that is there would be in its place.
+        is_new = actions.makes_new(context.scene, clip.path, clip.wanted)
+        self._growing = Growing(context.scene) if is_new and not bpy.app.background else None
         path = bpy.path.abspath(clip.path)
         source = actions.Source(path, (clip.first, clip.last) if clip.use_range else None)
         settings = actions.Settings(
@@ -49,16 +57,27 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
         )
         return actions.reconstructed(source, settings)
 
+    def show(self, context: bpy.types.Context, sketch: Any) -> None:
+        if self._growing is not None:
+            self._growing.show(context.window, sketch)
+
+    def hide(self, context: bpy.types.Context, cancelled: bool) -> None:
+        if self._growing is not None:
+            self._growing.end(context.window, cancelled)
+            self._growing = None
+
     def finish(self, context: bpy.types.Context, result: Reconstruction) -> str:
         if folder := self._folder(context):
             result.write(folder)
         before = set(context.scene.objects)
         face = actions.place(context.scene, result, self._made_of, self._wanted, context.collection)
         actions.show(context.view_layer, face)
-        said = [*actions.report_lines(result.report)[:1], *actions.kept(face), *actions.warnings(result.report)]
+        made, further = actions.report_lines(result.report)[:1], actions.next_step(face not in before)
         if face not in before and not bpy.app.background:
-            said.append(actions.present(context.window))
-        return "; ".join(said)
+            actions.present(context.window)
+        # What is kept, and warnings, stay in the report.
+        self.stays = "; ".join([*made, *further])
+        return "; ".join([*made, *actions.kept(face), *actions.warnings(result.report), *further])
 
     def _folder(self, context: bpy.types.Context) -> str | None:
         folder = self.output or context.scene.facewright_clip.output

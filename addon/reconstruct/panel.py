@@ -2,7 +2,8 @@
 
 import bpy
 
-from ..modal import Running, draw_progress, draw_pupils, draw_text
+from ..modal import draw_pupils
+from ..running import Running, draw_progress, draw_said, draw_text
 from . import actions
 from .operators import FACEWRIGHT_OT_reconstruct
 
@@ -39,6 +40,7 @@ class FACEWRIGHT_PT_clip(Side, bpy.types.Panel):
         row = layout.row()
         row.scale_y = 1.5
         row.operator(FACEWRIGHT_OT_reconstruct.bl_idname, icon="USER")
+        draw_said(layout, context, FACEWRIGHT_OT_reconstruct)
 
 
 class FACEWRIGHT_PT_advanced(Side, bpy.types.Panel):

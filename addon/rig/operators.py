@@ -5,7 +5,8 @@ import bpy
 from ..calibrate.actions import BoardSettings, LensSettings, set_camera
 from ..engine import Rig
 from ..jobs import Work
-from ..modal import OpenOperator, Result, SaveOperator, WorkOperator, idle, reported, saved_as
+from ..modal import OpenOperator, Result, SaveOperator, WorkOperator, reported, saved_as
+from ..running import idle
 from . import actions
 
 

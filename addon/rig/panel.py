@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..modal import Running, draw_progress, draw_text
+from ..running import Running, draw_progress, draw_said, draw_text
 from . import actions
 from .operators import (
     FACEWRIGHT_OT_add_rig_folder,
@@ -38,6 +38,7 @@ class FACEWRIGHT_PT_rig(bpy.types.Panel):
             draw_progress(layout)
             return
         layout.operator(FACEWRIGHT_OT_calibrate_rig.bl_idname, icon="CAMERA_STEREO")
+        draw_said(layout, context, FACEWRIGHT_OT_calibrate_rig)
         row = layout.row(align=True)
         row.operator(FACEWRIGHT_OT_open_rig.bl_idname, text="Open…")
         row.operator(FACEWRIGHT_OT_save_rig.bl_idname, text="Save…")

@@ -18,7 +18,7 @@ from typing import TypeVar
 
 import bpy
 
-from ..engine import FacewrightError, video_size
+from ..engine import FacewrightError, Progress, video_size
 
 # Part of a bar that decoding here takes, before the library's work on the frames.
 DECODING = 0.15
@@ -69,7 +69,6 @@ def frame_name(number: int) -> str:
     return f"frame_{number:06d}"
 
 
-Progress = tuple[str, float, float | None]
 T = TypeVar("T")
 
 
@@ -93,8 +92,8 @@ class Frames:
         begin = 0.0 if self.folder is None else DECODING
         try:
             while True:
-                stage, fraction, remaining_s = next(work)
-                yield stage, begin + (1.0 - begin) * fraction, remaining_s
+                progress = next(work)
+                yield progress._replace(fraction=begin + (1.0 - begin) * progress.fraction)
         except StopIteration as end:
             return end.value
         finally:
@@ -129,7 +128,7 @@ def decode(path: str, numbers: Iterable[int]) -> Generator[Progress, None, tempf
         wanted, until = list(numbers), 0.0
         for done, number in enumerate(wanted):
             if time.monotonic() >= until:
-                yield "decode", DECODING * done / len(wanted), None
+                yield Progress("decode", DECODING * done / len(wanted))
                 until = time.monotonic() + STEP_SECONDS
             with _quiet():
                 _write(scene, number, Path(folder.name))

@@ -1,6 +1,14 @@
 """What the windows show of a head."""
 
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
 import bpy
+from mathutils import Vector
+
+# Distance of a view from what it shows, in sizes of that.
+DISTANCE = 2.5
 
 
 def present(window: bpy.types.Window) -> None:
@@ -18,3 +26,35 @@ def present(window: bpy.types.Window) -> None:
             region = next(region for region in area.regions if region.type == "WINDOW")
             with bpy.context.temp_override(window=window, area=area, region=region):
                 bpy.ops.view3d.view_selected()
+
+
+@dataclass
+class Glance:
+    """A look of a window's 3D views at a place, from which they can return."""
+
+    # By views, as pointers that are compared and never followed: where each looked before, and where it was turned to.
+    _turned: dict[int, tuple[Any, Any]] = field(default_factory=dict)
+
+    def turn(self, window: bpy.types.Window, centre: Vector, size: float) -> None:
+        """Look at a ball of a diameter, from where the views are; a view through a camera stays as it is."""
+        for view in _views(window):
+            before = _look(view)
+            view.view_location, view.view_distance = centre, DISTANCE * size
+            self._turned[view.as_pointer()] = before, _look(view)
+
+    def back(self, window: bpy.types.Window) -> None:
+        """Look where the views looked before, but for those that the artist has moved since."""
+        for view in _views(window):
+            before, turned = self._turned.get(view.as_pointer(), (None, None))
+            if before is not None and _look(view) == turned:
+                view.view_location, view.view_distance = before[:3], before[3]
+
+
+def _views(window: bpy.types.Window) -> Iterator[bpy.types.RegionView3D]:
+    for area in window.screen.areas:
+        if area.type == "VIEW_3D" and area.spaces.active.region_3d.view_perspective != "CAMERA":
+            yield area.spaces.active.region_3d
+
+
+def _look(view: bpy.types.RegionView3D) -> tuple[float, ...]:
+    return (*view.view_location, view.view_distance)

@@ -12,10 +12,10 @@ from ..modal import (
     WorkOperator,
     has_clip,
     has_tracks,
-    idle,
     reported,
     saved_as,
 )
+from ..running import idle
 from . import actions
 
 

@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..modal import Running, draw_progress, draw_text
+from ..running import Running, draw_progress, draw_said, draw_text
 from . import actions
 from .operators import (
     FACEWRIGHT_OT_open_tracks,
@@ -44,6 +44,7 @@ class FACEWRIGHT_PT_track(Side, bpy.types.Panel):
         row = layout.row()
         row.scale_y = 1.5
         row.operator(FACEWRIGHT_OT_track.bl_idname, icon="TRACKER")
+        draw_said(layout, context, FACEWRIGHT_OT_track)
 
 
 class FACEWRIGHT_PT_track_advanced(Side, bpy.types.Panel):

@@ -173,10 +173,10 @@ def test_decoding_is_part_of_the_one_bar(tmp_path: Path, no_ffmpeg: Callable[[],
     with pytest.raises(module("engine").FacewrightError, match="no face was found in any of the 200 frames"):
         work = actions.reconstructed(actions.Source(str(tmp_path / "film.mp4"), (90, 289)), actions.Settings())
         while True:
-            stage, fraction, _ = next(work)
-            assert fraction >= last, "the bar falls"
-            last = fraction
-            seen.setdefault(stage, []).append(fraction)
+            progress = next(work)
+            assert progress.fraction >= last, "the bar falls"
+            last = progress.fraction
+            seen.setdefault(progress.stage, []).append(last)
             time.sleep(0.001)
     assert len(set(seen["decode"])) >= 3 and max(seen["decode"]) < 0.3
     assert min(seen["faces"]) >= max(seen["decode"])

@@ -90,6 +90,10 @@ def marker(track: bpy.types.MovieTrackingTrack, frame: int) -> bpy.types.MovieTr
     return found
 
 
+# What a job has of a head before it is done, (n, 3).
+SHAPE = np.eye(3, dtype=np.float32)
+
+
 class Finished:
     """A native job that has made something; `fails` is raised instead."""
 
@@ -98,6 +102,13 @@ class Finished:
 
     def progress(self) -> tuple[str, float, float | None]:
         return "track", 0.5, 12.0
+
+    def step(self) -> tuple[int, int] | None:
+        return 3, 8
+
+    def sketch(self, after: int = 0) -> tuple[int, Any] | None:
+        """One shape, which is told once."""
+        return None if after else (1, SHAPE)
 
     def finished(self) -> bool:
         self.rounds -= 1
@@ -136,7 +147,10 @@ class Layout:
     def prop_search(self, data: Any, name: str, within: Any, collection: str, **_more: Any) -> None:
         assert name in data.bl_rna.properties and collection in within.bl_rna.properties
 
-    def operator(self, name: str, **_more: Any) -> SimpleNamespace:
+    def operator(self, name: str, text: str = "", **_more: Any) -> SimpleNamespace:
+        if name == "facewright.dismiss":
+            # A sentence that a click puts away.
+            self.said.append(text)
         category, _, call = name.partition(".")
         assert getattr(bpy.ops, category) and hasattr(bpy.types, f"{category.upper()}_OT_{call}")
         return SimpleNamespace()

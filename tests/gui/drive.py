@@ -142,6 +142,18 @@ def a_head_is_seen_at_once_before_what_stands_in_its_place(session: Session) -> 
     session.picture("seen-at-once")
 
 
+def a_head_grows_while_it_works_and_esc_takes_it_away(session: Session) -> None:
+    before = start(session, RECONSTRUCT)
+    grown = session.wait("a first head is drawn", RUN_SECONDS, lambda s: s["sketched"])
+    expect(grown["looks"] != before["looks"], "the view does not look at it")
+    session.wait("its shape is sharpened", RUN_SECONDS, lambda s: s["step"] is not None and s["step"][0] >= 6)
+    session.picture("growing")
+    press_escape(session, before)
+    expect(not session.glance()["sketched"], "the head is still drawn")
+    expect(session.glance()["looks"] == before["looks"], "the view does not look where it did")
+    session.picture("growing-cancelled")
+
+
 def an_update_that_is_undone_gives_back_shape_and_skin(session: Session) -> None:
     made = finish(session, RECONSTRUCT)
     session.type_into(CLIP_FIELD, str(session.mirrored_clip()))
@@ -286,6 +298,7 @@ TESTS: dict[str, list[Test]] = {
         an_expression_is_a_click_and_an_undo_step,
         a_second_person_is_a_second_head,
         a_head_is_seen_at_once_before_what_stands_in_its_place,
+        a_head_grows_while_it_works_and_esc_takes_it_away,
         an_update_that_is_undone_gives_back_shape_and_skin,
         edit_mode_entered_meanwhile_mixes_nothing,
         a_drag_is_not_disturbed,

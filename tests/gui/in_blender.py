@@ -60,7 +60,7 @@ def prepare_scene() -> None:
 
 def shown() -> dict[str, Any]:
     """What the window shows, and what the library does."""
-    running = importlib.import_module(f"{PACKAGE}.modal").Running
+    running = importlib.import_module(f"{PACKAGE}.running").Running
     area, side_bar = place("UI")
     return {
         "height": window().height,
@@ -69,8 +69,11 @@ def shown() -> dict[str, Any]:
         "hovered": hovered(),
         "running": running.active,
         # Of what runs, or ran last.
-        "stage": running.stage,
-        "fraction": running.fraction,
+        "stage": running.progress.stage,
+        "fraction": running.progress.fraction,
+        "step": running.progress.step,
+        "sketched": importlib.import_module(f"{PACKAGE}.scene.sketch").Sketch.drawn is not None,
+        "looks": [look(area.spaces.active.region_3d) for area in areas("VIEW_3D")],
         "smiles": smiles(),
         "head": bpy.context.scene.facewright_clip.head,
         "mode": bpy.context.mode,
@@ -120,6 +123,11 @@ def seen(area: bpy.types.Area) -> float:
         return 0.0
     heights = [p.y / p.w for p in places]
     return (max(heights) - min(heights)) / 2.0
+
+
+def look(view: bpy.types.RegionView3D) -> list[float]:
+    """Where a 3D view looks, and from how far."""
+    return [*view.view_location, view.view_distance]
 
 
 def hidden(skin: bpy.types.Object, area: bpy.types.Area) -> bool:

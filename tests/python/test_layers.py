@@ -12,8 +12,8 @@ FILES = sorted(p for p in ADDON.rglob("*.py") if "__pycache__" not in p.parts)
 
 # What a module of a kind may import of the add-on itself.
 ALLOWED = {
-    "panel": {"operators", "actions", "scene", "modal"},
-    "operators": {"actions", "options", "scene", "engine", "jobs", "modal"},
+    "panel": {"operators", "actions", "scene", "modal", "running"},
+    "operators": {"actions", "options", "scene", "engine", "jobs", "modal", "running"},
     "actions": {"scene", "engine", "jobs"},
     "properties": {"actions", "options"},
     "options": {"actions"},

@@ -132,6 +132,8 @@ def test_a_job_tells_how_far_it_is(tmp_path: Path) -> None:
     job = facewright.calibrate([tmp_path])
     stage, fraction, left = job.progress()
     assert isinstance(stage, str) and 0.0 <= fraction <= 1.0 and (left is None or left >= 0.0)
+    assert job.step() is None or 1 <= job.step()[0] <= job.step()[1]
+    assert job.sketch() is None, "a camera has no shape"
     with pytest.raises(facewright.InputError, match="no pictures"):
         job.result()
 

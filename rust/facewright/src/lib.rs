@@ -75,7 +75,7 @@ pub use given::Given;
 pub use method::Method;
 pub use on_rig::reconstruct_on_rig;
 pub use reason::ReasonKind;
-pub use reconstruct::{ReconstructOptions, generic_head, reconstruct};
+pub use reconstruct::{ReconstructOptions, generic_head, reconstruct, reconstruct_steps};
 pub use result::{
     Bounds, FitReport, FrameReport, Measure, Quality, Reconstruction, Report, ReportCamera, Scale, TextureReport,
     Verdict, overlay, overlay_on_rig,
@@ -83,5 +83,5 @@ pub use result::{
 pub use size::{KnownLength, SizeOptions};
 pub use track::{
     DisabledPoint, FrameTracks, MatchOptions, MatchedPair, Matches, PointGap, PointObservation, PointTrack, Region,
-    TrackClipOptions, Tracks, match_pair, track,
+    TRACK_STEPS, TrackClipOptions, Tracks, match_pair, track,
 };

@@ -73,6 +73,11 @@ const WEIGHTS: [f64; 7] = [27.0, 27.0, 13.0, 6.0, 14.0, 2.0, 11.0];
 /// The same of the paper's steps: faces, shape, eyes and keys, textures.
 const PAPER: [f64; 7] = [62.0, 0.0, 0.0, 5.0, 0.0, 8.0, 25.0];
 
+/// How many steps [`reconstruct()`] counts in its progress.
+pub fn reconstruct_steps(given: &Given, method: Method) -> usize {
+    weights(given, method).iter().filter(|weight| **weight > 0.0).count()
+}
+
 /// What is given takes no time.
 fn weights(given: &Given, method: Method) -> [f64; 7] {
     let mut weights = if method == Method::Paper { PAPER } else { WEIGHTS };
@@ -128,7 +133,7 @@ pub(crate) fn run(
     progress: &Progress,
 ) -> Result<Reconstruction, FacewrightError> {
     let [looking, tracking, moving, shaping, sharpening, aligning, texturing] =
-        progress.split(&weights(given, options.method));
+        progress.split_steps(&weights(given, options.method));
     let (mut clock, head) = (Clock::start(), &assets.head);
     let sourced = starting_camera(frames, given.camera.as_ref())?;
     let known = Known { faces: given.faces.as_ref(), camera: &sourced, size: &options.size, person: &options.person };
@@ -150,10 +155,12 @@ pub(crate) fn run(
     aligning.stage("features")?;
     if options.method == Method::Default {
         measured.positions = rest::finish(&clip, &measured)?;
+        progress.show(&measured.positions);
         clock.lap("features");
     }
     aligning.step(1, 3)?;
     let eyes = eyes::finish(&clip, &mut measured)?;
+    progress.show(&measured.positions);
     clock.lap("eyes");
     aligning.step(2, 3)?;
     let keys = carry_keys(head, &measured)?;
@@ -212,8 +219,10 @@ impl Solver<'_> {
         let motion = self.motion(clip, camera, [tracking, moving], clock)?;
         let [refitting, shaping] = &shaping.split(&[1.0, 2.0]);
         clip.refit(&motion.camera.camera, self.size, refitting)?;
+        refitting.show(&clip.landmark_fit.positions);
         let chosen = shape::choose(clip, &motion)?;
         let measured = shape::measure(clip, &clip.known, &motion, chosen, self.size, shaping)?;
+        shaping.show(&measured.positions);
         clock.lap("shape");
         if measured.points.is_empty() {
             // The size that points have is not that of the landmarks' head.
@@ -290,6 +299,7 @@ fn sharpen(
     let mut again = solver.solve(&tracks, None, &MotionOptions::default(), &moving)?;
     again.scale = motion.scale.clone();
     let mut sharp = shape::measure(clip, &better, &again, rough.chosen.clone(), solver.size, &shaping)?;
+    progress.show(&sharp.positions);
     sharp.focal_sigma_px = rough.focal_sigma_px;
     for (frame, before) in sharp.frames.iter_mut().zip(&rough.frames).filter(|(frame, _)| frame.by_landmarks) {
         (frame.rms_px, frame.by_landmarks) = (before.rms_px, before.by_landmarks);

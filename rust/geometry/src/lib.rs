@@ -40,7 +40,7 @@ pub use camera::{Camera, CameraError, CameraJacobian};
 pub use farthest::Spread;
 pub use field::SmoothField;
 pub use median::median;
-pub use progress::{Cancelled, Progress, ProgressSnapshot};
+pub use progress::{Cancelled, Progress, ProgressSnapshot, Sketch};
 pub use similarity::Similarity;
 pub use smooth_step::smooth_step;
 pub use split_mix::SplitMix64;

@@ -1,7 +1,8 @@
-//! How a long loop says how far it is and learns that it should stop.
+//! How a long loop says how far it is, shows what it has, and learns that it should stop.
 
+use crate::Vec3;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -24,6 +25,17 @@ pub struct ProgressSnapshot {
     pub fraction: f64,
     /// Seconds left, by what the work took so far; `None` while that tells nothing.
     pub remaining_s: Option<f64>,
+    /// Number of the present step, counted from 1, and of all steps; `None` where the work has only one.
+    pub step: Option<(usize, usize)>,
+}
+
+/// What is made, while it is being made.
+#[derive(Clone, Debug)]
+pub struct Sketch {
+    /// How many came before it in the same work, and itself.
+    pub number: usize,
+    /// Places of the vertices, in the unit and frame of what is made.
+    pub positions: Arc<[Vec3]>,
 }
 
 /// What all parts of a work share.
@@ -33,6 +45,10 @@ struct Work {
     /// Bits of the fraction done: those of numbers that are not negative are in the numbers' order.
     fraction_bits: AtomicU64,
     stage: Mutex<String>,
+    /// Number of the step that is furthest, and of all steps that are known of.
+    step: AtomicUsize,
+    steps: AtomicUsize,
+    sketch: Mutex<Option<Sketch>>,
     started: Instant,
 }
 
@@ -48,6 +64,8 @@ pub struct Progress {
     begin: f64,
     /// This part's share of the work.
     share: f64,
+    /// Number of the step that it is, or is in; 0 where steps are not counted.
+    step: usize,
 }
 
 impl Default for Progress {
@@ -56,9 +74,12 @@ impl Default for Progress {
             cancelled: AtomicBool::new(false),
             fraction_bits: AtomicU64::new(0),
             stage: Mutex::new(String::new()),
+            step: AtomicUsize::new(0),
+            steps: AtomicUsize::new(0),
+            sketch: Mutex::new(None),
             started: Instant::now(),
         };
-        Self { work: Arc::new(work), begin: 0.0, share: 1.0 }
+        Self { work: Arc::new(work), begin: 0.0, share: 1.0, step: 0 }
     }
 }
 
@@ -75,16 +96,34 @@ impl Progress {
         let unit = if total > 0.0 { self.share / total } else { 0.0 };
         let mut begin = self.begin;
         weights.map(|weight| {
-            let part = Self { work: self.work.clone(), begin, share: unit * weight };
+            let part = Self { begin, share: unit * weight, ..self.clone() };
             begin += part.share;
             part
         })
     }
 
-    /// The same for a number of equal steps.
+    /// The same, where each part that takes time is a step for the watching side to count; the first has this part's number.
+    pub fn split_steps<const N: usize>(&self, weights: &[f64; N]) -> [Self; N] {
+        let mut parts = self.split(weights);
+        let mut next = self.step.max(1);
+        for (part, weight) in parts.iter_mut().zip(weights) {
+            part.step = next;
+            next += usize::from(*weight > 0.0);
+        }
+        self.work.steps.fetch_max(next - 1, Ordering::Relaxed);
+        parts
+    }
+
+    /// This part as a step, counted from 1, of a number of them that are known to come.
+    pub fn as_step(&self, number: usize, steps: usize) -> Self {
+        self.work.steps.fetch_max(steps, Ordering::Relaxed);
+        Self { step: number, ..self.clone() }
+    }
+
+    /// A handle for each of a number of equal parts.
     pub fn split_evenly(&self, parts: usize) -> Vec<Self> {
         let share = self.share / parts.max(1) as f64;
-        let part = |k: usize| Self { work: self.work.clone(), begin: self.begin + k as f64 * share, share };
+        let part = |k: usize| Self { begin: self.begin + k as f64 * share, share, ..self.clone() };
         (0..parts).map(part).collect()
     }
 
@@ -101,7 +140,20 @@ impl Progress {
     /// Names the stage that begins.
     pub fn stage(&self, name: &str) -> Result<(), Cancelled> {
         *self.work.stage.lock().unwrap_or_else(PoisonError::into_inner) = name.to_owned();
+        self.work.step.fetch_max(self.step, Ordering::Relaxed);
         self.step(0, 1)
+    }
+
+    /// Shows what is made as far as it is, in the place of what was shown before.
+    pub fn show(&self, positions: &[Vec3]) {
+        let mut sketch = self.work.sketch.lock().unwrap_or_else(PoisonError::into_inner);
+        let number = sketch.as_ref().map_or(0, |before| before.number) + 1;
+        *sketch = Some(Sketch { number, positions: positions.into() });
+    }
+
+    /// What was shown last.
+    pub fn sketch(&self) -> Option<Sketch> {
+        self.work.sketch.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// `done` of `total` steps of this part are behind us. `Err` means: stop now.
@@ -126,7 +178,13 @@ impl Progress {
     pub fn snapshot(&self) -> ProgressSnapshot {
         let stage = self.work.stage.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let fraction = f64::from_bits(self.work.fraction_bits.load(Ordering::Relaxed));
-        ProgressSnapshot { stage, fraction, remaining_s: remaining_s(self.work.started.elapsed(), fraction) }
+        let [step, steps] = [&self.work.step, &self.work.steps].map(|number| number.load(Ordering::Relaxed));
+        ProgressSnapshot {
+            stage,
+            fraction,
+            remaining_s: remaining_s(self.work.started.elapsed(), fraction),
+            step: (step > 0 && steps > 1).then_some((step, steps)),
+        }
     }
 }
 
@@ -195,6 +253,42 @@ mod tests {
         let [first, second] = Progress::new().split(&[0.0, 0.0]);
         first.step(1, 1).unwrap();
         assert_eq!(fraction(&second), 0.0);
+    }
+
+    #[test]
+    fn steps_are_counted_on_through_the_parts_of_a_part() {
+        let work = Progress::new();
+        let [opening, working] = work.as_step(1, 4).split_steps(&[1.0, 9.0]);
+        let [first, none, third, last] = working.split_steps(&[1.0, 0.0, 1.0, 1.0]);
+        assert_eq!(work.snapshot().step, None);
+        opening.stage("open").unwrap();
+        assert_eq!(work.snapshot().step, Some((1, 4)));
+        let [_, inner] = first.split(&[1.0, 1.0]);
+        inner.stage("first").unwrap();
+        assert_eq!(work.snapshot().step, Some((2, 4)));
+        none.stage("what takes no time is no step").unwrap();
+        third.stage("third").unwrap();
+        last.stage("last").unwrap();
+        third.stage("late").unwrap();
+        assert_eq!(work.snapshot().step, Some((4, 4)));
+    }
+
+    #[test]
+    fn work_of_one_step_counts_none() {
+        let work = Progress::new();
+        work.stage("motion").unwrap();
+        assert_eq!(work.snapshot().step, None);
+    }
+
+    #[test]
+    fn the_last_sketch_is_shown_from_whichever_part() {
+        let work = Progress::new();
+        assert!(work.sketch().is_none());
+        let [first, second] = work.split(&[1.0, 1.0]);
+        first.show(&[Vec3::x()]);
+        second.show(&[Vec3::y(), Vec3::z()]);
+        let sketch = work.sketch().unwrap();
+        assert_eq!((sketch.number, &*sketch.positions), (2, &[Vec3::y(), Vec3::z()][..]));
     }
 
     #[test]

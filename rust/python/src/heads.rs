@@ -9,7 +9,10 @@ use crate::job::{Job, Output};
 use crate::options::{MatchOptions, MotionOptions, ReconstructOptions, TrackOptions};
 use crate::reconstruction::Reconstruction;
 use facewright::program::{draw_match, match_steps, open_clip, open_frames};
-use facewright::{FaceOptions, FacewrightError, FrameSet, RigFrames, solve_motion, solve_motion_on_rig};
+use facewright::{
+    FaceOptions, FacewrightError, FrameSet, Given, RigFrames, TRACK_STEPS, reconstruct_steps, solve_motion,
+    solve_motion_on_rig,
+};
 use geometry::Progress;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -102,7 +105,8 @@ pub fn track(
     Job::start(move |progress| {
         let (camera, faces) = (given.camera.as_ref(), given.faces.as_ref());
         let inputs = (&frames[..], numbers.as_deref());
-        let (frames, assets, progress) = open_clip(inputs, faces, || assets.load(), progress)?;
+        let progress = progress.as_step(1, 1 + TRACK_STEPS);
+        let (frames, assets, progress) = open_clip(inputs, faces, || assets.load(), &progress)?;
         let tracks = facewright::track(&frames, &assets, camera, faces, &options, &progress)?;
         Ok(Output::Tracks(Box::new(tracks)))
     })
@@ -176,7 +180,8 @@ pub fn reconstruct(
     let (given, assets) = (given(camera.as_ref(), faces.as_ref(), tracks.as_ref(), motion.as_ref())?, assets.handle());
     Job::start(move |progress| {
         let inputs = (&frames[..], numbers.as_deref());
-        let (frames, assets, progress) = open_clip(inputs, given.faces.as_ref(), || assets.load(), progress)?;
+        let progress = progress.as_step(1, 1 + reconstruct_steps(&given, options.method));
+        let (frames, assets, progress) = open_clip(inputs, given.faces.as_ref(), || assets.load(), &progress)?;
         let result = facewright::reconstruct(&frames, &assets, &given, &options, &progress)?;
         Ok(Output::Head(Box::new(result)))
     })
@@ -203,7 +208,8 @@ pub fn reconstruct_on_rig(
     let options = ReconstructOptions::merged(options, fields)?;
     let (rig, assets) = (rig.core()?, assets.handle());
     Job::start(move |progress| {
-        let (films, progress) = open_all(&films, progress)?;
+        let steps = 1 + reconstruct_steps(&Given::default(), options.method);
+        let (films, progress) = open_all(&films, &progress.as_step(1, steps))?;
         let result = facewright::reconstruct_on_rig(&films, &rig, &*assets.load()?, &options, &progress)?;
         Ok(Output::Head(Box::new(result)))
     })
@@ -214,7 +220,7 @@ fn open_all(
     films: &[(String, Vec<PathBuf>)],
     progress: &Progress,
 ) -> Result<(Vec<RigFrames>, Progress), FacewrightError> {
-    let [opening, working] = progress.split(&OPENING);
+    let [opening, working] = progress.split_steps(&OPENING);
     let parts = opening.split_evenly(films.len());
     let film = |((camera, inputs), part): (&(String, Vec<PathBuf>), &Progress)| {
         Ok(RigFrames { camera: camera.clone(), frames: FrameSet::open(inputs, part)? })

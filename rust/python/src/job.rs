@@ -2,9 +2,10 @@
 
 use crate::error::{FacewrightError, raise};
 use crate::files;
-use crate::reconstruction::Reconstruction;
+use crate::reconstruction::{Reconstruction, vectors};
 use facewright::FacewrightError as CoreError;
 use geometry::{Progress, ProgressSnapshot};
+use numpy::PyArray2;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use serde::Serialize;
@@ -88,8 +89,22 @@ impl Job {
     ///
     /// The fraction never decreases; the seconds are None until they can be estimated.
     fn progress(&self) -> (String, f64, Option<f64>) {
-        let ProgressSnapshot { stage, fraction, remaining_s } = self.progress.snapshot();
+        let ProgressSnapshot { stage, fraction, remaining_s, .. } = self.progress.snapshot();
         (stage, fraction, remaining_s)
+    }
+
+    /// Number of the present step, counted from 1, and of all steps; None where the work has only one.
+    fn step(&self) -> Option<(usize, usize)> {
+        self.progress.snapshot().step
+    }
+
+    /// What a reconstruction has of the head so far: its number, and (n, 3) vertices as a Reconstruction has them.
+    ///
+    /// None before the first, and while there is none after the one of the number `after`.
+    #[pyo3(signature = (after = 0))]
+    fn sketch<'py>(&self, py: Python<'py>, after: usize) -> Option<(usize, Bound<'py, PyArray2<f32>>)> {
+        let sketch = self.progress.sketch().filter(|sketch| sketch.number > after)?;
+        Some((sketch.number, vectors(py, &sketch.positions)))
     }
 
     /// Whether result() returns immediately.

@@ -104,7 +104,8 @@ impl Reconstruction {
     }
 }
 
-fn vectors<'py>(py: Python<'py>, values: &[Vec3]) -> Bound<'py, PyArray2<f32>> {
+/// Places as (n, 3).
+pub fn vectors<'py>(py: Python<'py>, values: &[Vec3]) -> Bound<'py, PyArray2<f32>> {
     Array2::from_shape_fn((values.len(), 3), |(i, k)| values[i][k] as f32).into_pyarray(py)
 }
 

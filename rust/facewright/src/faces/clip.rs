@@ -237,6 +237,7 @@ impl<'a> Looking<'a, '_> {
         [fitting, mut following, placing, mut finding]: [Progress; 4],
     ) -> Result<Clip<'a>, FacewrightError> {
         let mut clip = self.fit(faces, &fitting)?;
+        fitting.show(&clip.landmark_fit.positions);
         for _ in 0..ROUNDS {
             let fast = fast(&clip);
             if fast.is_empty() {

@@ -47,7 +47,7 @@ pub fn open_numbers(
     numbers: Option<&[usize]>,
     progress: &Progress,
 ) -> Result<(FrameSet, Progress), FacewrightError> {
-    let [opening, working] = progress.split(parts(inputs.iter().map(PathBuf::as_path)));
+    let [opening, working] = progress.split_steps(parts(inputs.iter().map(PathBuf::as_path)));
     Ok((FrameSet::open_numbers(inputs, numbers, &opening)?, working))
 }
 
@@ -63,7 +63,7 @@ fn named(input: &Path) -> Option<(&str, &str)> {
 /// Opens the frames of a rig's cameras from `NAME=FRAMES`, several of one name together; also what is left of the progress.
 pub fn open_films(inputs: &[PathBuf], progress: &Progress) -> Result<(Vec<RigFrames>, Progress), FacewrightError> {
     let frames = inputs.iter().filter_map(|input| named(input)).map(|(_, frames)| Path::new(frames));
-    let [opening, working] = progress.split(parts(frames));
+    let [opening, working] = progress.split_steps(parts(frames));
     let mut all: Vec<(&str, Vec<PathBuf>)> = Vec::new();
     for input in inputs {
         let wrong = FacewrightError::Option { name: "frames of a rig", expected: "NAME=FRAMES, like left=DIR" };

@@ -3,8 +3,8 @@
 use super::inputs::{camera, check_output, faces, open};
 use super::summary::Summary;
 use crate::{
-    Assets, CalibratedRig, FacewrightError, HeadMotion, MotionOptions, RigTracks, SourcedCamera, TrackClipOptions,
-    Tracks, solve_motion, solve_motion_on_rig, track, write_json,
+    Assets, CalibratedRig, FacewrightError, HeadMotion, MotionOptions, RigTracks, SourcedCamera, TRACK_STEPS,
+    TrackClipOptions, Tracks, solve_motion, solve_motion_on_rig, track, write_json,
 };
 use clap::Args;
 use geometry::Progress;
@@ -72,12 +72,13 @@ impl MotionCommand {
             [_, _, ..] => Err(FacewrightError::Option { name: "--tracks", expected: "one file without --rig" }),
             [] => {
                 let [tracking, solving] = progress.split(&PARTS);
-                let (frames, tracking) = open(&self.frames, &tracking)?;
+                let steps = 1 + TRACK_STEPS + 1;
+                let (frames, tracking) = open(&self.frames, &tracking.as_step(1, steps))?;
                 let faces = faces(self.faces.as_deref())?;
                 let options = TrackClipOptions::default();
                 Ok((
                     track(&frames, &Assets::load(assets)?, camera.as_ref(), faces.as_ref(), &options, &tracking)?,
-                    solving,
+                    solving.as_step(steps, steps),
                 ))
             }
         }

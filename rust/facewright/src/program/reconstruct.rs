@@ -4,7 +4,7 @@ use super::inputs::{camera, faces, motion, open_clip, open_films};
 use super::summary::Summary;
 use crate::{
     Assets, CalibratedRig, FacewrightError, Given, ReconstructOptions, Reconstruction, Tracks, check_folder,
-    reconstruct, reconstruct_on_rig,
+    reconstruct, reconstruct_on_rig, reconstruct_steps,
 };
 use clap::Args;
 use geometry::Progress;
@@ -64,14 +64,16 @@ impl ReconstructCommand {
         };
         check_folder(&self.output)?;
         let load = || Assets::load(assets);
-        let (frames, assets, progress) = open_clip((&self.frames, None), given.faces.as_ref(), load, progress)?;
+        let progress = progress.as_step(1, 1 + reconstruct_steps(&given, self.options.method));
+        let (frames, assets, progress) = open_clip((&self.frames, None), given.faces.as_ref(), load, &progress)?;
         reconstruct(&frames, &assets, &given, &self.options, &progress)
     }
 
     fn on_rig(&self, rig: &Path, assets: &Path, progress: &Progress) -> Result<Reconstruction, FacewrightError> {
         let rig = CalibratedRig::read(rig)?;
         check_folder(&self.output)?;
-        let (films, progress) = open_films(&self.frames, progress)?;
+        let steps = 1 + reconstruct_steps(&Given::default(), self.options.method);
+        let (films, progress) = open_films(&self.frames, &progress.as_step(1, steps))?;
         reconstruct_on_rig(&films, &rig, &Assets::load(assets)?, &self.options, &progress)
     }
 }

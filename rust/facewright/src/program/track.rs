@@ -2,7 +2,7 @@
 
 use super::inputs::{camera, check_output, faces, open_clip};
 use super::summary::Summary;
-use crate::{Assets, FacewrightError, TrackClipOptions, track, write_json};
+use crate::{Assets, FacewrightError, TRACK_STEPS, TrackClipOptions, track, write_json};
 use clap::Args;
 use geometry::Progress;
 use serde::Serialize;
@@ -34,7 +34,8 @@ impl TrackCommand {
         let (camera, faces) = (camera(self.camera.as_deref())?, faces(self.faces.as_deref())?);
         check_output(&self.output)?;
         let load = || Assets::load(assets);
-        let (frames, assets, progress) = open_clip((&self.frames, None), faces.as_ref(), load, progress)?;
+        let progress = progress.as_step(1, 1 + TRACK_STEPS);
+        let (frames, assets, progress) = open_clip((&self.frames, None), faces.as_ref(), load, &progress)?;
         let tracks = track(&frames, &assets, camera.as_ref(), faces.as_ref(), &self.options, &progress)?;
         write_json(&self.output, &tracks)?;
         let used = tracks.frames.iter().filter(|f| f.used).count();

@@ -33,12 +33,13 @@ impl Watch {
 fn show(progress: &Progress, done: &AtomicBool, visible: bool) {
     let target = if visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
     let bar = ProgressBar::with_draw_target(Some(1000), target);
-    if let Ok(style) = ProgressStyle::with_template("{elapsed:>4} {prefix:<12} {bar:40} {msg}") {
+    if let Ok(style) = ProgressStyle::with_template("{elapsed:>4} {prefix:<16} {bar:40} {msg}") {
         bar.set_style(style);
     }
     while !done.load(Ordering::Relaxed) {
         let shown = progress.snapshot();
-        bar.set_prefix(shown.stage);
+        let step = shown.step.map_or(String::new(), |(number, all)| format!("{number}/{all} "));
+        bar.set_prefix(step + &shown.stage);
         bar.set_message(shown.remaining_s.map_or(String::new(), time_left));
         bar.set_position((shown.fraction * 1000.0) as u64);
         std::thread::sleep(Duration::from_millis(50));

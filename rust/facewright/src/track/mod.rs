@@ -17,5 +17,5 @@ mod valid;
 
 pub use pair::{MatchOptions, MatchedPair, Matches, match_pair};
 pub(crate) use sequence::{Corners, track_head};
-pub use sequence::{TrackClipOptions, track};
+pub use sequence::{TRACK_STEPS, TrackClipOptions, track};
 pub use tracks::{DisabledPoint, FrameTracks, PointGap, PointObservation, PointTrack, Region, Tracks};

@@ -134,11 +134,14 @@ pub fn track(
     }
     options.validate()?;
     let camera = starting_camera(frames, camera)?;
-    let [looking, tracking] = progress.split(&PARTS);
+    let [looking, tracking] = progress.split_steps(&PARTS);
     let known = Known { faces, camera: &camera, size: &SizeOptions::default(), person: &options.person };
     let clip = Clip::look(frames, assets, &known, &looking)?;
     track_head(&clip, &clip.known, camera.source, options, Corners::New, &tracking)
 }
+
+/// How many steps [`track()`] counts in its progress.
+pub const TRACK_STEPS: usize = 2;
 
 /// Which corners a reference frame gets.
 #[derive(Clone, Copy, Debug, PartialEq)]

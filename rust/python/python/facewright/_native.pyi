@@ -204,6 +204,15 @@ class Job(Generic[T]):
         The fraction never decreases; the seconds are None until they can be estimated.
         """
 
+    def step(self) -> tuple[int, int] | None:
+        """Number of the present step, counted from 1, and of all steps; None where the work has only one."""
+
+    def sketch(self, after: int = 0) -> tuple[int, NDArray[np.float32]] | None:
+        """What a reconstruction has of the head so far: its number, and (n, 3) vertices as a Reconstruction has them.
+
+        None before the first, and while there is none after the one of the number `after`.
+        """
+
     def finished(self) -> bool:
         """Whether result() returns immediately."""
 
