@@ -38,6 +38,14 @@ from .calibrate.panel import (
 from .calibrate.properties import FacewrightBoardPicture, FacewrightCamera
 from .export.operators import FACEWRIGHT_OT_export
 from .export.panel import FACEWRIGHT_PT_export, draw_export_menu
+from .heads.operators import (
+    FACEWRIGHT_OT_choose_head,
+    FACEWRIGHT_OT_duplicate_head,
+    FACEWRIGHT_OT_mark_head,
+    FACEWRIGHT_OT_remove_head,
+)
+from .heads.panel import FACEWRIGHT_PT_heads, FACEWRIGHT_UL_heads
+from .heads.properties import FacewrightHeads, title
 from .motion.operators import (
     FACEWRIGHT_OT_length_from_selection,
     FACEWRIGHT_OT_look_through,
@@ -95,6 +103,11 @@ CLASSES: tuple[type, ...] = (
     FacewrightMotion,
     FacewrightKeys,
     FACEWRIGHT_OT_dismiss,
+    FacewrightHeads,
+    FACEWRIGHT_OT_choose_head,
+    FACEWRIGHT_OT_duplicate_head,
+    FACEWRIGHT_OT_remove_head,
+    FACEWRIGHT_OT_mark_head,
     FACEWRIGHT_OT_calibrate,
     FACEWRIGHT_OT_open_camera,
     FACEWRIGHT_OT_forget_camera,
@@ -137,6 +150,8 @@ CLASSES: tuple[type, ...] = (
     FACEWRIGHT_PT_calibrated_scene,
     FACEWRIGHT_PT_lens,
     FACEWRIGHT_PT_rig,
+    FACEWRIGHT_UL_heads,
+    FACEWRIGHT_PT_heads,
     FACEWRIGHT_PT_clip,
     FACEWRIGHT_PT_advanced,
     FACEWRIGHT_PT_report,
@@ -160,6 +175,8 @@ def register() -> None:
     bpy.types.Scene.facewright_clip = bpy.props.PointerProperty(type=FacewrightClip)
     bpy.types.Scene.facewright_track = bpy.props.PointerProperty(type=FacewrightTrack)
     bpy.types.Scene.facewright_motion = bpy.props.PointerProperty(type=FacewrightMotion)
+    bpy.types.Scene.facewright_heads = bpy.props.PointerProperty(type=FacewrightHeads)
+    bpy.types.Object.facewright_title = title()
     bpy.types.WindowManager.facewright_keys = bpy.props.PointerProperty(type=FacewrightKeys)
     bpy.types.VIEW3D_MT_mesh_add.append(draw_menu)
     bpy.types.TOPBAR_MT_file_export.append(draw_export_menu)
@@ -183,6 +200,8 @@ def unregister() -> None:
     bpy.types.TOPBAR_MT_file_export.remove(draw_export_menu)
     bpy.types.VIEW3D_MT_mesh_add.remove(draw_menu)
     del bpy.types.WindowManager.facewright_keys
+    del bpy.types.Object.facewright_title
+    del bpy.types.Scene.facewright_heads
     del bpy.types.Scene.facewright_motion
     del bpy.types.Scene.facewright_track
     del bpy.types.Scene.facewright_clip

@@ -16,12 +16,10 @@ from ..engine import (
 )
 from ..engine.report import parse as parse_report
 from ..jobs import Work, watch
-from ..scene import face_tracks, heads, motion_rig, track_reading, video, view
+from ..scene import face_tracks, heads, motion_rig, portrait, track_reading, video, view
 from ..scene import head as scene_head
-from ..scene.heads import Head
+from ..scene.heads import NEW, Head
 
-# Which head a run is to make: a new one, the one of a key, or (empty) the one that the clip has made.
-NEW = "new"
 NO_MARKERS = "no movie clip of this file has the face's tracks: track the face in the Clip editor"
 
 
@@ -131,9 +129,10 @@ def place(scene: Any, result: Reconstruction, clip: str, wanted: str = "", colle
 
     A new one gets a collection of its own within another (None: the scene's own).
     """
-    head = _chosen(_local(scene), clip, wanted)
+    head = heads.to_update(_local(scene), clip, wanted)
     face = scene_head.place(scene, result, clip, head, collection)
     scene.facewright_clip.wanted = heads.key_of(face)
+    portrait.portray(scene, face)
     is_new = head is None or face != head.skin
     motion_rig.meet_face(scene, face, is_new, scene.facewright_motion.follow)
     return face
@@ -141,14 +140,7 @@ def place(scene: Any, result: Reconstruction, clip: str, wanted: str = "", colle
 
 def show(layer: Any, face: Any) -> None:
     """Select a head alone and make it active; one in a collection that the view layer leaves out cannot be."""
-    # A view layer knows nothing of new objects before.
-    layer.update()
-    for obj in layer.objects.selected:
-        obj.select_set(False, view_layer=layer)
-    # Not by its name, which a linked object may have too.
-    if face in layer.objects.values():
-        face.select_set(True, view_layer=layer)
-        layer.objects.active = face
+    view.select(layer, face)
 
 
 def present(window: Any) -> None:
@@ -175,7 +167,7 @@ def choices(scene: Any) -> list[tuple[str, str, str]]:
 def chosen(scene: Any) -> int:
     """The number of what the next run will make."""
     settings, found = scene.facewright_clip, _local(scene)
-    head = _chosen(found, settings.path, settings.wanted)
+    head = heads.to_update(found, settings.path, settings.wanted)
     return 0 if head is None else found.index(head) + 1
 
 
@@ -236,13 +228,6 @@ def _choice(head: Head) -> tuple[str, str, str]:
 def _local(scene: Any) -> list[Head]:
     """The heads that a run may change."""
     return [head for head in heads.heads(scene) if head.is_local]
-
-
-def _chosen(found: list[Head], clip: str, wanted: str) -> Head | None:
-    """The head that is to be brought up to date; None for a new one."""
-    if wanted == NEW:
-        return None
-    return heads.of_key(found, wanted) or heads.made_of(found, clip)
 
 
 def report(scene: Any, active: Any) -> tuple[str, str] | None:

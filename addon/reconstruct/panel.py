@@ -31,8 +31,8 @@ class FACEWRIGHT_PT_clip(Side, bpy.types.Panel):
             row = layout.row(align=True)
             row.prop(clip, "first")
             row.prop(clip, "last")
-        if len(actions.choices(context.scene)) > 1:
-            layout.prop(clip, "head", text="")
+        if len(choices := actions.choices(context.scene)) > 1:
+            layout.label(text=choices[actions.chosen(context.scene)][1], icon="FILE_REFRESH")
         # The bar takes the button's place: a button under a resting mouse would stay grey after the work.
         if Running.operator is FACEWRIGHT_OT_reconstruct:
             draw_progress(layout)

@@ -24,6 +24,8 @@ CLIP = "facewright_made_of"
 NAME = "facewright_name"
 SKIN = "skin"
 TITLE = "Face"
+# What is wanted of a run, in the place of a head's key: another head. Empty: the one that the clip has made.
+NEW = "new"
 
 
 @dataclass(frozen=True)
@@ -116,6 +118,11 @@ def made_of(found: list[Head], clip: str) -> Head | None:
     return older[-1] if older else None
 
 
+def to_update(found: list[Head], clip: str, wanted: str) -> Head | None:
+    """Which of the heads a run on a clip brings up to date, where a key or `NEW` is wanted; None for a new one."""
+    return None if wanted == NEW else of_key(found, wanted) or made_of(found, clip)
+
+
 def same_clip(a: str, b: str) -> bool:
     """Whether two paths are one clip: a video, a folder of frames, or any frame of it."""
     return _clip(a) == _clip(b)
@@ -150,10 +157,10 @@ def claimed(scene: bpy.types.Scene, head: Head) -> Head:
     return Head(key, head.skin, head.parts, home)
 
 
-def begun(scene: bpy.types.Scene, parent: bpy.types.Collection | None) -> Head:
-    """A head without objects, in a new collection within another (None: the scene's own)."""
+def begun(scene: bpy.types.Scene, parent: bpy.types.Collection | None, title: str = TITLE) -> Head:
+    """A head without objects, in a new collection within another, or beside a head's (None: the scene's own)."""
     key = uuid4().hex
-    return Head(key, None, {}, _new_home(scene, parent or scene.collection, TITLE, key))
+    return Head(key, None, {}, _new_home(scene, parent or scene.collection, title, key))
 
 
 def key_of(marked: bpy.types.Object | bpy.types.Collection) -> str:

@@ -82,6 +82,13 @@ def _replace(old: bpy.types.Image, new: bpy.types.Image) -> None:
     new.name = name
 
 
+def shown_picture(obj: bpy.types.Object) -> bpy.types.Image | None:
+    """The picture that a part shows: one in its materials, ours before others; else the one that runs paint."""
+    shown = [picture for worn in _materials([obj]) for picture in images(worn.node_tree)]
+    ours = obj.get(PICTURE)
+    return ours if ours in shown else next(iter(shown), ours)
+
+
 def _picture(wearers: list[bpy.types.Object], look: Look) -> bpy.types.Image | None:
     """The picture of some parts; of an older version's, the one of its name in their materials, or the only one."""
     for obj in wearers:

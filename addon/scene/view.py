@@ -1,4 +1,4 @@
-"""What the windows show of a head."""
+"""What the windows show of a head, and what is selected."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -58,3 +58,17 @@ def _views(window: bpy.types.Window) -> Iterator[bpy.types.RegionView3D]:
 
 def _look(view: bpy.types.RegionView3D) -> tuple[float, ...]:
     return (*view.view_location, view.view_distance)
+
+
+def select(layer: bpy.types.ViewLayer, obj: bpy.types.Object) -> bool:
+    """Select an object alone and make it active; False for one in a collection that the view layer leaves out."""
+    # A view layer knows nothing of new objects before.
+    layer.update()
+    for other in list(layer.objects.selected):
+        other.select_set(False, view_layer=layer)
+    # Not by its name, which a linked object may have too.
+    if obj not in layer.objects.values():
+        return False
+    obj.select_set(True, view_layer=layer)
+    layer.objects.active = obj
+    return True

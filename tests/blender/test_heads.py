@@ -105,19 +105,20 @@ def test_the_panel_says_what_the_next_run_will_make_and_takes_another_choice(cli
     assert_is(twin, ANNA)
 
 
-def test_the_choice_is_shown_as_soon_as_there_is_one(clips: Clips) -> None:
+def test_the_panel_says_what_the_button_makes_as_soon_as_there_is_a_choice(clips: Clips) -> None:
     shown: list[str] = []
     layout = SimpleNamespace(
         prop=lambda _data, name, **_more: shown.append(name),
-        label=lambda **_more: None,
+        label=lambda text="", **_more: shown.append(text),
         row=lambda **_more: SimpleNamespace(operator=lambda *_names, **_more: None),
     )
     panel = bpy.types.FACEWRIGHT_PT_clip
     panel.draw(SimpleNamespace(layout=layout), bpy.context)
-    assert "head" not in shown, "without a head there is nothing to choose"
+    assert "New Head" not in shown, "without a head there is no other choice"
     run(clips.anna)
     panel.draw(SimpleNamespace(layout=layout), bpy.context)
-    assert "head" in shown
+    assert "Update Face" in shown
+    assert "head" not in shown, "it is chosen in the list of heads, and there alone"
     labels = [label for _, label, _ in module("reconstruct.actions").choices(bpy.context.scene)]
     assert labels == ["New Head", "Update Face"]
 

@@ -138,8 +138,9 @@ def in_editor(clip: bpy.types.MovieClip, work: Callable[[], Any]) -> Any:
 class Layout:
     """Takes what a panel draws; refuses properties and operators that there are not."""
 
-    def __init__(self) -> None:
+    def __init__(self, context: Any = None) -> None:
         self.said: list[str] = []
+        self.context = context
 
     def prop(self, data: Any, name: str, **_more: Any) -> None:
         assert name in data.bl_rna.properties
@@ -158,6 +159,14 @@ class Layout:
     def label(self, text: str = "", **_more: Any) -> None:
         self.said.append(text)
 
+    def template_list(self, kind: str, _name: str, data: Any, of: str, active: Any, index: str, **_more: Any) -> None:
+        """Takes what the rows draw."""
+        assert index in active.bl_rna.properties
+        cls, me, shown = getattr(bpy.types, kind), SimpleNamespace(bitflag_filter_item=1), self.context
+        flags, _ = cls.filter_items(me, shown, data, of)
+        for item in [item for item, flag in zip(getattr(data, of), flags) if flag]:
+            cls.draw_item(me, shown, self, data, item, 0, active, index)
+
     def separator(self, **_more: Any) -> None:
         pass
 
@@ -168,11 +177,11 @@ class Layout:
 
 
 def drawn(panel: str, **context: Any) -> str:
-    layout, preferences = Layout(), SimpleNamespace(system=SimpleNamespace(ui_scale=1.0))
+    preferences = SimpleNamespace(system=SimpleNamespace(ui_scale=1.0))
     shown = SimpleNamespace(
         scene=bpy.context.scene, region=SimpleNamespace(width=400), preferences=preferences, **context
     )
-    cls = getattr(bpy.types, panel)
+    cls, layout = getattr(bpy.types, panel), Layout(shown)
     me = SimpleNamespace(layout=layout, draw_markers=lambda context: cls.draw_markers(me, context))
     cls.draw(me, shown)
     return " ".join(layout.said)

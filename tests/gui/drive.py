@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import listed
 from desktop import Desktop
 from session import ANSWER_SECONDS, Session, Setup, State, Unexpected, expect
 
@@ -17,7 +18,6 @@ TRACK = "bpy.ops.facewright.track()"
 SOLVE = "bpy.ops.facewright.motion()"
 LOOK_THROUGH = "bpy.ops.facewright.look_through()"
 CLIP_FIELD = 'bpy.data.scenes["Scene"].facewright_clip.path'
-HEAD_CHOICE = 'bpy.data.scenes["Scene"].facewright_clip.head'
 HAPPINESS = 'bpy.ops.facewright.expression(name="happiness")'
 # Far beyond what a run takes on a slow machine.
 RUN_SECONDS = 600
@@ -121,10 +121,38 @@ def a_second_person_is_a_second_head(session: Session) -> None:
 
 
 def choose_first_head(session: Session) -> None:
-    """Turn the wheel over the choice, which goes from one line to the next: the first head instead of the second."""
-    session.point_at_button(HEAD_CHOICE)
-    session.desktop.turn_wheel_up_with("ctrl")
-    session.wait("the first head is chosen", ANSWER_SECONDS, lambda s: s["head"] == "Face")
+    """Click the first head in the list instead of the second."""
+    listed.choose(session, 0, "Face")
+
+
+def heads_are_chosen_named_copied_and_removed_in_the_list(session: Session) -> None:
+    first = finish(session, RECONSTRUCT)
+    copied = listed.duplicate(session)
+    listed.expect_alike(copied, "Face", "Face.001")
+    expect_same(PARTS, first, copied)
+    expect_one_step(first, copied)
+    session.picture("heads-duplicated")
+    undo(session, "ctrl+z", first)
+    undo(session, "ctrl+shift+z", copied)
+    chosen = listed.choose(session, 0, "Face")
+    expect(chosen["data"] == copied["data"], f"a click changes {difference(copied, chosen)}")
+    session.click_button(HAPPINESS)
+    smiling = session.wait("the chosen head smiles", ANSWER_SECONDS, lambda s: s["smiles"]["Face"] > 0.3)
+    expect(smiling["smiles"]["Face.001"] == 0.0, "the copy smiles with it")
+    listed.choose(session, 1, "Face.001")
+    before = session.settled()
+    named = listed.rename(session, 1, "Twin")
+    expect({"object Twin", "object Twin tongue", "image Twin skin"} <= named["data"].keys(), "not all is called Twin")
+    expect_one_step(before, named)
+    session.picture_of_editor("heads-list")
+    before_removal = session.settled()
+    removed = listed.remove(session)
+    expect(removed["data"].keys() >= PARTS, "the other head is gone too")
+    expect(not any("Twin" in name for name in removed["data"]), "something of the head is left")
+    expect_one_step(before_removal, removed)
+    undo(session, "ctrl+z", before_removal)
+    session.picture_of_editor("heads-restored")
+    undo(session, "ctrl+shift+z", removed)
 
 
 def expect_same(parts: set[str], before: State, after: State) -> None:
@@ -297,6 +325,7 @@ TESTS: dict[str, list[Test]] = {
         one_click_makes_a_head_that_one_undo_takes_away,
         an_expression_is_a_click_and_an_undo_step,
         a_second_person_is_a_second_head,
+        heads_are_chosen_named_copied_and_removed_in_the_list,
         a_head_is_seen_at_once_before_what_stands_in_its_place,
         a_head_grows_while_it_works_and_esc_takes_it_away,
         an_update_that_is_undone_gives_back_shape_and_skin,

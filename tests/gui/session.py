@@ -118,14 +118,16 @@ class Session:
         self.point_at_button(command)
         self.desktop.click()
 
-    def point_at_button(self, command: str) -> None:
-        """Find a button by moving the mouse down the editor's side bar, as the eye would."""
+    def point_at_button(self, command: str) -> tuple[int, int]:
+        """Find a button by moving the mouse down the editor's side bar, as the eye would; gives its place."""
         left, top, width, height = self.rectangle("side_bar")
-        for column in (0.3, 0.7):
+        # The last is where the buttons beside a list are.
+        for column in (0.3, 0.7, 0.87):
             for y in range(top + SEARCH_STEP, top + height, SEARCH_STEP):
-                self.desktop.point(int(left + column * width), y)
+                place = int(left + column * width), y
+                self.desktop.point(*place)
                 if self.glance()["hovered"] == command:
-                    return
+                    return place
         raise Unexpected(f"the side bar has no button for {command}")
 
     @contextmanager

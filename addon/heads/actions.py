@@ -1,0 +1,142 @@
+"""What the list of heads does."""
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+from ..scene import head_copy, head_names, head_removal, heads, portrait, view
+from ..scene.heads import Head
+
+NONE_YET = "There is no head yet: choose a clip and reconstruct, or append the collection of one"
+# Nearer, in metres, a copy stands in its original.
+SAME_PLACE = 1e-3
+
+
+@dataclass(frozen=True)
+class Row:
+    """A head in the list: a head of the scene, or an Empty that shows an instance of one."""
+
+    obj: Any
+    head: Head | None
+    # Whether the next run brings it up to date.
+    is_next: bool = False
+
+    @property
+    def home(self) -> Any:
+        """The collection with the head's picture."""
+        return self.head.home if self.head is not None else self.obj.instance_collection
+
+    @property
+    def is_asset(self) -> bool:
+        return self.home is not None and self.home.asset_data is not None
+
+    @property
+    def complaint(self) -> str:
+        """Why it cannot be changed; empty if it can."""
+        if self.head is None:
+            return f"{self.obj.name} is an instance of {self.home.name}, which is shown and never changed"
+        if self.head.is_local:
+            return ""
+        held = [*self.head.objects, *(obj.data for obj in self.head.objects), self.head.home]
+        files = [data.library.filepath for data in held if data is not None and data.library is not None]
+        if not files:
+            return f"{self.obj.name} is a library override, which is shown and never changed: append the head instead"
+        return f"{self.obj.name} is linked from {os.path.basename(files[0])}: it is shown and never changed"
+
+
+def rows(scene: Any) -> list[Row]:
+    """The heads of a scene with a skin, then instances of heads."""
+    found, settings = heads.heads(scene), scene.facewright_clip
+    following = heads.to_update([head for head in found if head.is_local], settings.path, settings.wanted)
+    whole = [Row(head.skin, head, head is following) for head in found if head.skin is not None]
+    empties = [obj for obj in scene.objects if obj.type == "EMPTY" and obj.instance_collection is not None]
+    return whole + [Row(obj, None) for obj in empties if heads.key_of(obj.instance_collection)]
+
+
+def current(scene: Any, active: Any) -> Row | None:
+    """The head that the buttons act on: of the active object, or the last one made; None without any."""
+    found = rows(scene)
+    instance = next((row for row in found if row.head is None and row.obj == active), None)
+    shown = heads.current(scene, active, scene.facewright_clip.wanted)
+    if instance is not None or shown is None:
+        return instance or next(iter(found), None)
+    return next(row for row in found if row.obj == shown[0].skin)
+
+
+def left(scene: Any) -> list[Head]:
+    """What is left of heads whose skin was deleted, and which a run can make anew."""
+    return [head for head in heads.heads(scene) if head.skin is None and head.is_local]
+
+
+def number(scene: Any, active: Any) -> int:
+    """Which of a scene's objects stands for the head that the buttons act on; -1 without any."""
+    row = current(scene, active)
+    return -1 if row is None else next(k for k, obj in enumerate(scene.objects) if obj == row.obj)
+
+
+def choose(scene: Any, layer: Any, number: int) -> None:
+    """Make the head for which one of a scene's objects stands the active object, and the one that is updated next."""
+    obj = scene.objects[number]
+    row = next((row for row in rows(scene) if row.obj == obj), None)
+    if row is None or (layer.objects.active is not None and layer.objects.active.mode != "OBJECT"):
+        return
+    if not view.select(layer, obj):
+        # The head that is not to be seen shall be the one that is chosen all the same.
+        layer.objects.active = None
+    if row.head is not None and row.head.is_local:
+        scene.facewright_clip.wanted = heads.own_key(scene, row.head)
+
+
+def make_next(scene: Any, key: str) -> str:
+    """Let the next run make the head of a key anew, or another head for an empty one; gives the message."""
+    scene.facewright_clip.wanted = key or heads.NEW
+    head = heads.of_key(heads.heads(scene), key)
+    return "The next run makes a new head" if head is None else f"The next run makes {head.name}"
+
+
+def is_new_next(scene: Any) -> bool:
+    """Whether a new head is wanted of the next run."""
+    return bool(scene.facewright_clip.wanted == heads.NEW)
+
+
+def rename(scene: Any, obj: Any, title: str) -> None:
+    """Give the head of a skin another name; one without letters, or of another file's head, is not taken."""
+    head = next((head for head in heads.heads(scene) if head.skin == obj), None)
+    if head is not None and head.is_local and title.strip():
+        head_names.rename(scene, head, title.strip())
+
+
+def duplicate(scene: Any, layer: Any, head: Head) -> str:
+    """Copy a head, and choose the copy; gives the message."""
+    made = head_copy.duplicate(scene, head)
+    assert head.skin is not None and made.skin is not None, "what has no skin is not listed"
+    view.select(layer, made.skin)
+    scene.facewright_clip.wanted = made.key
+    between = (made.skin.matrix_world.translation - head.skin.matrix_world.translation).length
+    held = "; it stands in its original, as its place is animated or held" if between < SAME_PLACE else ""
+    return f"{made.name} is a copy of {head.name}{held}"
+
+
+def remove(scene: Any, head: Head) -> str:
+    """Take a head out of the file; gives the message."""
+    name, settings = head.name, scene.facewright_clip
+    if settings.wanted == head.key:
+        settings.wanted = ""
+    stays = head_removal.remove(head)
+    return f"{name} removed" + (f"; this stays: {'; '.join(stays)}" if stays else "")
+
+
+def mark_as_asset(scene: Any, head: Head) -> str:
+    """Offer a head in asset libraries, with a picture; gives the message."""
+    head = heads.claimed(scene, head)
+    assert head.home is not None, "a head that is changed has a collection"
+    portrait.hang(head.home, head.parts)
+    head.home.asset_mark()
+    return f"{head.name} is an asset: save this file in a folder of an asset library (Preferences, File Paths)"
+
+
+def clear_asset(head: Head) -> str:
+    """Let a head be no asset any more; gives the message."""
+    assert head.home is not None, "an asset is a collection"
+    head.home.asset_clear()
+    return f"{head.name} is no asset any more"
