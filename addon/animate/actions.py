@@ -30,7 +30,7 @@ class Keying:
 
 def face(scene: Any, active: Any) -> Any:
     """The skin object that the buttons act on: of the active object's head, or of the last one made; None without."""
-    return named_face(scene, active)[0]
+    return heads.current_skin(scene, active, scene.facewright_clip.wanted)
 
 
 def named_face(scene: Any, active: Any) -> tuple[Any, str]:

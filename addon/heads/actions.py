@@ -56,11 +56,11 @@ def rows(scene: Any) -> list[Row]:
 def current(scene: Any, active: Any) -> Row | None:
     """The head that the buttons act on: of the active object, or the last one made; None without any."""
     found = rows(scene)
+    whole = [row.head for row in found if row.head is not None]
+    head = heads.worked_on(whole, active, scene.facewright_clip.wanted)
     instance = next((row for row in found if row.head is None and row.obj == active), None)
-    shown = heads.current(scene, active, scene.facewright_clip.wanted)
-    if instance is not None or shown is None:
-        return instance or next(iter(found), None)
-    return next(row for row in found if row.obj == shown[0].skin)
+    # Without a whole head, the first instance.
+    return instance or next((row for row in found if row.head is head), None)
 
 
 def left(scene: Any) -> list[Head]:

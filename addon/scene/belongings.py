@@ -17,6 +17,18 @@ def things(head: Head) -> list[bpy.types.Object]:
     return [*head.objects, *artists]
 
 
+def led(head: Head) -> list[bpy.types.Object]:
+    """Of these the ones that are no artist's but made for the head, such as controls: a mark of ours points to it."""
+    ours = set(head.objects)
+    return [obj for obj in things(head) if obj not in ours and any(obj[name] in ours for name in pointers(obj))]
+
+
+def pointers(obj: bpy.types.Object) -> list[str]:
+    """The marks of ours on an object that are objects."""
+    marks = [name for name in list(obj.keys()) if name.startswith("facewright_")]
+    return [name for name in marks if isinstance(obj[name], bpy.types.Object)]
+
+
 def unique(found: Iterable[bpy.types.ID | None]) -> list[bpy.types.ID]:
     """What was found, each once, in its order."""
     return [data for data in dict.fromkeys(found) if data is not None]
@@ -57,8 +69,16 @@ def actions_of(objects: list[bpy.types.Object]) -> list[bpy.types.Action]:
 
 
 def everything(objects: list[bpy.types.Object]) -> list[bpy.types.ID]:
-    """What goes with objects, what uses others before these; shape keys go with their meshes, nodes with materials."""
-    return [*data_of(objects), *materials_of(objects), *groups_of(objects), *pictures_of(objects), *actions_of(objects)]
+    """What goes with objects; shape keys go with their meshes, nodes with materials."""
+    dressed = [*materials_of(objects), *groups_of(objects), *pictures_of(objects)]
+    return [*data_of(objects), *dressed, *actions_of(objects), *bone_shapes(objects)]
+
+
+def bone_shapes(objects: list[bpy.types.Object]) -> list[bpy.types.ID]:
+    """What bones are drawn as, where that is in no scene: objects and their meshes."""
+    bones = [bone for obj in objects if obj.pose is not None for bone in obj.pose.bones]
+    shapes = [shape for shape in unique(bone.custom_shape for bone in bones) if not shape.users_scene]
+    return [*shapes, *data_of(shapes)]
 
 
 def groups_of(objects: list[bpy.types.Object]) -> list[bpy.types.NodeTree]:

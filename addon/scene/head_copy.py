@@ -152,12 +152,12 @@ def _put(
 
 
 def _mark(copy: bpy.types.Object, is_ours: bool, key: str) -> None:
-    """Make a copy one of its head's; what is only in the head's collection carries no marks of ours."""
+    """Make a copy one of its head's; what is only in the collection carries no marks of ours but to other copies."""
     if is_ours:
         copy[KEY] = key
         return
-    names = list(copy.keys())
-    for name in [name for name in names if name.startswith("facewright_")]:
+    kept = belongings.pointers(copy)
+    for name in [name for name in list(copy.keys()) if name.startswith("facewright_") and name not in kept]:
         del copy[name]
 
 

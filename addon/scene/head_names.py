@@ -3,7 +3,7 @@
 import bpy
 
 from . import belongings, heads
-from .heads import SKIN, Head
+from .heads import Head
 
 
 def rename(scene: bpy.types.Scene, head: Head, title: str) -> str:
@@ -19,8 +19,8 @@ def rename(scene: bpy.types.Scene, head: Head, title: str) -> str:
     name = skin.name
     home.name = skin.data.name = name
     skin[heads.NAME] = name
-    parts = [obj for part, obj in head.parts.items() if part != SKIN]
-    for data in [*parts, *_own(head)]:
+    objects = belongings.things(head)
+    for data in [*(obj for obj in objects if obj != skin), *_own(objects)]:
         if called := named_alike(data.name, before, name):
             data.name = called
     return name
@@ -37,9 +37,9 @@ def named_alike(called: str, before: list[str], name: str) -> str:
     return "" if stem is None else name + called[len(stem) :]
 
 
-def _own(head: Head) -> list[bpy.types.ID]:
-    """What only a head uses, besides its objects; an editor that shows it is no user."""
-    data = [one for one in belongings.everything(head.objects) if one.library is None]
-    known = {*data, *head.objects, *belongings.keys_of(head.objects)}
+def _own(objects: list[bpy.types.Object]) -> list[bpy.types.ID]:
+    """What only some objects use; an editor that shows it is no user."""
+    data = [one for one in belongings.everything(objects) if one.library is None]
+    known = {*data, *objects, *belongings.keys_of(objects)}
     users = bpy.data.user_map(subset=data)
     return [one for one in data if all(user in known or isinstance(user, bpy.types.Screen) for user in users[one])]

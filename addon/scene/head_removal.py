@@ -14,7 +14,7 @@ def remove(head: Head) -> list[str]:
 
     What the artist hung on it stays where it is. Its collection stays with what else is in it, as the artist's own.
     """
-    gone, home = head.objects, head.home
+    gone, home = [*head.objects, *belongings.led(head)], head.home
     left = belongings.everything(gone)
     _let_go(gone)
     bpy.data.batch_remove(gone)

@@ -91,11 +91,22 @@ def current(scene: bpy.types.Scene, active: bpy.types.Object | None, key: str) -
     After it comes what tells it from the others of the scene; empty where there are none.
     """
     found = [head for head in heads(scene) if head.skin is not None]
-    head = _worked_on(found, active, key)
+    head = worked_on(found, active, key)
     return None if head is None else (head, head.title if len(found) > 1 else "")
 
 
-def _worked_on(found: list[Head], active: bpy.types.Object | None, key: str) -> Head | None:
+def current_skin(scene: bpy.types.Scene, active: bpy.types.Object | None, key: str) -> bpy.types.Object | None:
+    """The skin of the same; at once where that is active, as buttons ask at every redraw and a scene may be large."""
+    is_skin = active is not None and active.type == "MESH" and active.get(PART) == SKIN
+    # Where a linked object has the same name, the other one may be found, and all are looked through.
+    if active is not None and is_skin and scene.objects.get(active.name) == active:
+        return active
+    shown = current(scene, active, key)
+    return shown[0].skin if shown is not None else None
+
+
+def worked_on(found: list[Head], active: bpy.types.Object | None, key: str) -> Head | None:
+    """Of heads with skins the one that an object is of, or hangs on; else that of a key, or the last."""
     while active is not None:
         for head in found:
             if active in head.objects:

@@ -292,6 +292,58 @@ def test_what_an_artist_added_to_the_collection_is_copied_and_uses_the_copy(clip
     assert copy.constraints[0].target == outside, "what is not of the head stays the same"
 
 
+def led_by_bones(skin: bpy.types.Object) -> bpy.types.Object:
+    """An armature that was made for a head: its skin and keys use it, and its bones are drawn as an object."""
+    bones = bpy.data.objects.new(f"{skin.name} Controls", bpy.data.armatures.new(f"{skin.name} Controls"))
+    collection_of(skin).objects.link(bones)
+    select(bones)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bones.data.edit_bones.new("Jaw").tail = (0.0, 0.0, 0.1)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    bones.pose.bones["Jaw"].custom_shape = bpy.data.objects.new("Handle", bpy.data.meshes.new("Handle"))
+    bones.parent, bones["facewright_led"], skin["facewright_controls"] = skin, skin, bones
+    target = skin.data.shape_keys.key_blocks["jawOpen"].driver_add("value").driver.variables.new()
+    target.type = "TRANSFORMS"
+    read = target.targets[0]
+    read.id, read.bone_target, read.transform_type, read.transform_space = bones, "Jaw", "LOC_Y", "LOCAL_SPACE"
+    skin.data.shape_keys.animation_data.drivers[0].driver.type = "SUM"
+    bones.pose.bones["Jaw"].keyframe_insert("location", frame=1)
+    return bones
+
+
+def test_bones_that_lead_a_head_are_copied_with_it_and_lead_the_copy(clips: Clips) -> None:
+    anna = run(clips.anna)
+    bones = led_by_bones(anna)
+    copy = duplicate(anna)
+    theirs = copy["facewright_controls"]
+    assert theirs not in (None, bones) and theirs["facewright_led"] == copy and theirs.parent == copy
+    assert theirs.name == theirs.data.name == "Face.001 Controls"
+    assert theirs.animation_data.action != bones.animation_data.action
+    theirs.animation_data_clear()
+    theirs.pose.bones["Jaw"].location.y = 1.0
+    teeth = [head_of(skin).parts["teeth_lower"] for skin in (anna, copy)]
+    moved = [float((evaluated(obj) - rest(obj))[:, 2].mean()) for obj in teeth]
+    assert moved[0] == pytest.approx(0.0, abs=1e-6) and moved[1] < -0.003
+
+
+def rest(obj: bpy.types.Object) -> np.ndarray:
+    """(n, 3) vertices without keys."""
+    places = np.empty(3 * len(obj.data.vertices), np.float32)
+    obj.data.vertices.foreach_get("co", places)
+    return places.reshape(-1, 3)
+
+
+def test_bones_that_lead_a_head_are_renamed_and_go_with_it(clips: Clips) -> None:
+    run(clips.ben)
+    before = snapshot() | {"armatures": len(bpy.data.armatures)}
+    anna = run(clips.anna)
+    bones = led_by_bones(anna)
+    anna.facewright_title = "Anna"
+    assert bones.name == bones.data.name == "Anna Controls"
+    remove(anna)
+    assert snapshot() | {"armatures": len(bpy.data.armatures)} == before
+
+
 def test_painting_that_is_not_saved_is_in_the_duplicate(clips: Clips) -> None:
     anna = run(clips.anna)
     picture = anna["facewright_picture"]
