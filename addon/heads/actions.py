@@ -34,50 +34,82 @@ class Row:
     def complaint(self) -> str:
         """Why it cannot be changed; empty if it can."""
         if self.head is None:
-            return f"{self.obj.name} is an instance of {self.home.name}, which is shown and never changed"
-        if self.head.is_local:
-            return ""
+            return _complaint([], self.obj)
         held = [*self.head.objects, *(obj.data for obj in self.head.objects), self.head.home]
-        files = [data.library.filepath for data in held if data is not None and data.library is not None]
-        if not files:
-            return f"{self.obj.name} is a library override, which is shown and never changed: append the head instead"
-        return f"{self.obj.name} is linked from {os.path.basename(files[0])}: it is shown and never changed"
+        return "" if self.head.is_local else _complaint(held, self.obj)
 
 
-def rows(scene: Any) -> list[Row]:
-    """The heads of a scene with a skin, then instances of heads."""
+@dataclass(frozen=True)
+class Listed:
+    """What the list shows of a scene: rows, and what is left of heads without a skin, which a run can make anew."""
+
+    rows: list[Row]
+    left: list[Head]
+
+    def current(self, active: Any, wanted: str) -> Row | None:
+        """The head that the buttons act on: of the active object, or that of a key, or the last; None without any."""
+        whole = [row.head for row in self.rows if row.head is not None]
+        head = heads.worked_on(whole, active, wanted)
+        instance = next((row for row in self.rows if row.head is None and row.obj == active), None)
+        # Without a whole head, the first instance.
+        return instance or next((row for row in self.rows if row.head is head), None)
+
+
+def listed(scene: Any) -> Listed:
+    """The heads of a scene with a skin and then instances of heads; and what is left of others."""
     found, settings = heads.heads(scene), scene.facewright_clip
-    following = heads.to_update([head for head in found if head.is_local], settings.path, settings.wanted)
+    local = [head for head in found if head.is_local]
+    following = heads.to_update(local, settings.path, settings.wanted)
     whole = [Row(head.skin, head, head is following) for head in found if head.skin is not None]
-    empties = [obj for obj in scene.objects if obj.type == "EMPTY" and obj.instance_collection is not None]
-    return whole + [Row(obj, None) for obj in empties if heads.key_of(obj.instance_collection)]
+    empties = [Row(obj, None) for obj in scene.objects if _shows_instance(obj)]
+    return Listed(whole + empties, [head for head in local if head.skin is None])
 
 
 def current(scene: Any, active: Any) -> Row | None:
-    """The head that the buttons act on: of the active object, or the last one made; None without any."""
-    found = rows(scene)
-    whole = [row.head for row in found if row.head is not None]
-    head = heads.worked_on(whole, active, scene.facewright_clip.wanted)
-    instance = next((row for row in found if row.head is None and row.obj == active), None)
-    # Without a whole head, the first instance.
-    return instance or next((row for row in found if row.head is head), None)
+    """The head that the buttons act on; None without any."""
+    return listed(scene).current(active, scene.facewright_clip.wanted)
 
 
-def left(scene: Any) -> list[Head]:
-    """What is left of heads whose skin was deleted, and which a run can make anew."""
-    return [head for head in heads.heads(scene) if head.skin is None and head.is_local]
+def complaint(scene: Any, active: Any) -> str:
+    """Why the buttons cannot act, as far as it can be told at every redraw: of the skin, or the instance, alone."""
+    obj = active if _shows_instance(active) else heads.current_skin(scene, active, scene.facewright_clip.wanted)
+    if obj is None:
+        row = current(scene, active)
+        return NONE_YET if row is None else row.complaint
+    return _complaint([obj, obj.data], obj)
 
 
 def number(scene: Any, active: Any) -> int:
     """Which of a scene's objects stands for the head that the buttons act on; -1 without any."""
-    row = current(scene, active)
-    return -1 if row is None else next(k for k, obj in enumerate(scene.objects) if obj == row.obj)
+    obj = active if _shows_instance(active) else heads.current_skin(scene, active, scene.facewright_clip.wanted)
+    if obj is None:
+        row = current(scene, active)
+        obj = row.obj if row is not None else None
+    return -1 if obj is None else next(k for k, other in enumerate(scene.objects) if other == obj)
+
+
+def _shows_instance(obj: Any) -> bool:
+    """Whether an object is an Empty that shows a head's collection."""
+    return bool(obj is not None and obj.instance_collection is not None and heads.key_of(obj.instance_collection))
+
+
+def _complaint(held: list[Any], obj: Any) -> str:
+    """Why what a row shows cannot be changed, where that holds of any of the data; empty if it can."""
+    if _shows_instance(obj):
+        return f"{obj.name} is an instance of {obj.instance_collection.name}, which is shown and never changed"
+    held = [data for data in held if data is not None]
+    files = [data.library.filepath for data in held if data.library is not None]
+    if files:
+        return f"{obj.name} is linked from {os.path.basename(files[0])}: it is shown and never changed"
+    if any(data.override_library is not None for data in held):
+        return f"{obj.name} is a library override, which is shown and never changed: append the head instead"
+    return ""
 
 
 def choose(scene: Any, layer: Any, number: int) -> None:
     """Make the head for which one of a scene's objects stands the active object, and the one that is updated next."""
     obj = scene.objects[number]
-    row = next((row for row in rows(scene) if row.obj == obj), None)
+    row = next((row for row in listed(scene).rows if row.obj == obj), None)
     if row is None or (layer.objects.active is not None and layer.objects.active.mode != "OBJECT"):
         return
     if not view.select(layer, obj):
@@ -115,6 +147,11 @@ def duplicate(scene: Any, layer: Any, head: Head) -> str:
     between = (made.skin.matrix_world.translation - head.skin.matrix_world.translation).length
     held = "; it stands in its original, as its place is animated or held" if between < SAME_PLACE else ""
     return f"{made.name} is a copy of {head.name}{held}"
+
+
+def present(window: Any) -> None:
+    """Frame what is selected in a window: a copy may stand where the views do not reach."""
+    view.present(window)
 
 
 def remove(scene: Any, head: Head) -> str:

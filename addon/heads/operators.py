@@ -23,16 +23,18 @@ class OnHead:
     def poll(cls, context: bpy.types.Context) -> bool:
         if not in_object_mode(cls, context):
             return False
-        row = actions.current(context.scene, context.object)
-        complaint = actions.NONE_YET if row is None else row.complaint
-        if complaint:
+        if complaint := actions.complaint(context.scene, context.object):
             cls.poll_message_set(complaint)
             return False
         return idle(cls)
 
     def execute(self, context: bpy.types.Context) -> Result:
         row = actions.current(context.scene, context.object)
-        assert row is not None and row.head is not None, "poll has seen it"
+        assert row is not None, "poll has seen one"
+        if row.head is None or row.complaint:
+            # A part of it is of another file.
+            self.report({"ERROR"}, row.complaint)
+            return {"CANCELLED"}
         head = row.head
         # Another window may be in Edit Mode.
         left = leave_modes(context)
@@ -70,7 +72,10 @@ class FACEWRIGHT_OT_duplicate_head(OnHead, bpy.types.Operator):
     bl_label = "Duplicate Head"
 
     def work(self, context: bpy.types.Context, head: Head) -> str:
-        return actions.duplicate(context.scene, context.view_layer, head)
+        said = actions.duplicate(context.scene, context.view_layer, head)
+        if not bpy.app.background:
+            actions.present(context.window)
+        return said
 
 
 class FACEWRIGHT_OT_remove_head(OnHead, bpy.types.Operator):

@@ -1,5 +1,7 @@
 """The list of a scene's heads."""
 
+from typing import ClassVar
+
 import bpy
 
 from ..modal import draw_text
@@ -18,9 +20,12 @@ ROWS, MOST_ROWS = 2, 5
 class FACEWRIGHT_UL_heads(bpy.types.UIList):
     """Those of a scene's objects that stand for heads."""
 
+    # While the panel is drawn, and no longer: looking for heads at every row would take long in a large scene.
+    rows: ClassVar[dict[bpy.types.Object, actions.Row]] = {}
+
     def draw_item(
         self,
-        context: bpy.types.Context,
+        _context: bpy.types.Context,
         layout: bpy.types.UILayout,
         _data: bpy.types.Scene,
         item: bpy.types.Object,
@@ -28,9 +33,7 @@ class FACEWRIGHT_UL_heads(bpy.types.UIList):
         _active_data: bpy.types.PropertyGroup,
         _active_name: str,
     ) -> None:
-        row = next((row for row in actions.rows(context.scene) if row.obj == item), None)
-        if row is None:
-            return
+        row = FACEWRIGHT_UL_heads.rows[item]
         preview = row.home.preview if row.home is not None else None
         if preview is not None and preview.icon_size[0] > 0:
             layout.label(text="", icon_value=preview.icon_id)
@@ -46,8 +49,10 @@ class FACEWRIGHT_UL_heads(bpy.types.UIList):
         if row.is_next:
             layout.label(text="", icon="FILE_REFRESH")
 
-    def filter_items(self, context: bpy.types.Context, data: bpy.types.Scene, name: str) -> tuple[list[int], list[int]]:
-        shown = {row.obj for row in actions.rows(context.scene)}
+    def filter_items(
+        self, _context: bpy.types.Context, data: bpy.types.Scene, name: str
+    ) -> tuple[list[int], list[int]]:
+        shown = FACEWRIGHT_UL_heads.rows
         return [self.bitflag_filter_item if obj in shown else 0 for obj in getattr(data, name)], []
 
     def draw_filter(self, _context: bpy.types.Context, _layout: bpy.types.UILayout) -> None:
@@ -63,24 +68,28 @@ class FACEWRIGHT_PT_heads(bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return bool(actions.rows(context.scene) or actions.left(context.scene))
+        found = actions.listed(context.scene)
+        return bool(found.rows or found.left)
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, scene = self.layout, context.scene
-        current = actions.current(scene, context.object)
+        found = actions.listed(scene)
+        current = found.current(context.object, scene.facewright_clip.wanted)
         row = layout.row()
         listed = row.column()
         # Blender keeps an object in Edit Mode active.
         listed.enabled = context.mode == "OBJECT"
+        FACEWRIGHT_UL_heads.rows = {row.obj: row for row in found.rows}
         listed.template_list(
             "FACEWRIGHT_UL_heads", "", scene, "objects", scene.facewright_heads, "index", rows=ROWS, maxrows=MOST_ROWS
         )
+        FACEWRIGHT_UL_heads.rows = {}
         column = row.column(align=True)
         is_new = actions.is_new_next(scene)
         column.operator(FACEWRIGHT_OT_choose_head.bl_idname, text="", icon="ADD", depress=is_new)
         column.operator(FACEWRIGHT_OT_duplicate_head.bl_idname, text="", icon="DUPLICATE")
         column.operator(FACEWRIGHT_OT_remove_head.bl_idname, text="", icon="REMOVE")
-        for head in actions.left(scene):
+        for head in found.left:
             line = layout.row()
             line.label(text=f"{head.name}: no skin", icon="USER")
             line.operator(FACEWRIGHT_OT_choose_head.bl_idname, text="Make Anew").head = head.key

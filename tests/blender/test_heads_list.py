@@ -106,7 +106,7 @@ def test_the_list_has_every_head_and_nothing_else_and_marks_the_one_worked_on(cl
     cube = bpy.data.objects.new("Cube", bpy.data.meshes.new("Cube"))
     bpy.context.scene.collection.objects.link(cube)
     assert bpy.types.FACEWRIGHT_PT_heads.poll(bpy.context)
-    assert [row.obj for row in module("heads.actions").rows(bpy.context.scene)] == [anna, ben]
+    assert [row.obj for row in module("heads.actions").listed(bpy.context.scene).rows] == [anna, ben]
     chosen = bpy.context.scene.facewright_heads
     assert chosen.index == row(ben), "the one that was made last"
     select(head_of(anna).parts["tongue"])
@@ -445,6 +445,22 @@ def test_a_linked_head_is_listed_and_chosen_but_not_changed_and_the_list_says_so
     assert_is(ben, BEN)
     assert_is(anna, ANNA)
     assert home.preview is not None, "its small picture comes along"
+
+
+def test_a_head_of_which_a_part_is_linked_is_not_changed(clips: Clips, tmp_path: Path) -> None:
+    run(clips.anna)
+    in_another_file(tmp_path / "anna.blend", link=False)
+    (anna,) = (head.skin for head in heads())
+    tongue = head_of(anna).parts["tongue"]
+    with bpy.data.libraries.load(str(tmp_path / "anna.blend"), link=True) as (_, wanted):
+        wanted.meshes = [tongue.data.name]
+    tongue.data = wanted.meshes[0]
+    select(anna)
+    before = hashes()
+    for name in OPERATORS:
+        with pytest.raises(RuntimeError, match="Face is linked from anna.blend"):
+            getattr(bpy.ops.facewright, name)()
+    assert hashes() == before
 
 
 @pytest.mark.parametrize("link", [False, True], ids=["appended", "linked"])
