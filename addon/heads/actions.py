@@ -157,10 +157,12 @@ def present(window: Any) -> None:
 def remove(scene: Any, head: Head) -> str:
     """Take a head out of the file; gives the message."""
     name, settings = head.name, scene.facewright_clip
+    elsewhere = sorted({other.name for obj in head.objects for other in obj.users_scene if other != scene})
     if settings.wanted == head.key:
         settings.wanted = ""
     stays = head_removal.remove(head)
-    return f"{name} removed" + (f"; this stays: {'; '.join(stays)}" if stays else "")
+    removed = f"{name} removed" + (f", from {', '.join(elsewhere)} too" if elsewhere else "")
+    return removed + (f"; this stays: {'; '.join(stays)}" if stays else "")
 
 
 def mark_as_asset(scene: Any, head: Head) -> str:

@@ -27,6 +27,7 @@ from people import (
     select,
     size,
 )
+from test_heads_copied import made_by_an_older_version
 from tracking import drawn, module
 
 OPERATORS = ("duplicate_head", "remove_head", "mark_head")
@@ -414,6 +415,31 @@ def test_what_has_a_fake_user_stays_when_a_head_is_removed(clips: Clips, capfd: 
     remove(anna)
     assert [material.name for material in bpy.data.materials] == ["Face skin"]
     assert "Face skin (with a fake user)" in capfd.readouterr().out
+
+
+def test_a_head_in_two_scenes_is_removed_from_both_and_that_is_said(clips: Clips, capfd: Any) -> None:
+    anna = run(clips.anna)
+    bpy.data.scenes.new("Other").collection.children.link(collection_of(anna))
+    before = snapshot()["collections"]
+    remove(anna)
+    assert snapshot()["objects"] == 0 and snapshot()["collections"] == before - 1
+    assert "Face removed, from Other too" in capfd.readouterr().out
+
+
+def test_a_head_of_an_older_version_is_copied_named_marked_and_removed_as_any_other(clips: Clips) -> None:
+    anna = run(clips.anna)
+    made_by_an_older_version(clips.anna, anna)
+    copy = duplicate(anna)
+    assert_is(copy, ANNA)
+    assert not used_by(anna) - {None} & used_by(copy)
+    anna.facewright_title = "Anna"
+    assert collection_of(anna).name == head_of(anna).parts["tongue"].name.split()[0] == "Anna"
+    select(anna)
+    assert bpy.ops.facewright.mark_head() == {"FINISHED"}
+    assert collection_of(anna).asset_data is not None
+    remove(anna)
+    assert [head.skin for head in heads()] == [copy]
+    assert_is(copy, ANNA)
 
 
 def in_another_file(path: Path, link: bool, instance: bool = False) -> bpy.types.Collection:
