@@ -8,6 +8,7 @@ from ..scene import head_copy, head_names, head_removal, heads, portrait, view
 from ..scene.heads import Head
 
 NONE_YET = "There is no head yet: choose a clip and reconstruct, or append the collection of one"
+FIXED = "which is shown and never changed"
 # Nearer, in metres, a copy stands in its original.
 SAME_PLACE = 1e-3
 
@@ -96,13 +97,14 @@ def _shows_instance(obj: Any) -> bool:
 def _complaint(held: list[Any], obj: Any) -> str:
     """Why what a row shows cannot be changed, where that holds of any of the data; empty if it can."""
     if _shows_instance(obj):
-        return f"{obj.name} is an instance of {obj.instance_collection.name}, which is shown and never changed"
+        named = f"{obj.name} is an instance of {obj.instance_collection.name}"
+        return f"{named}, {FIXED}: to change it, add the collection without Instance"
     held = [data for data in held if data is not None]
     files = [data.library.filepath for data in held if data.library is not None]
     if files:
-        return f"{obj.name} is linked from {os.path.basename(files[0])}: it is shown and never changed"
+        return f"{obj.name} is linked from {os.path.basename(files[0])}, {FIXED}: to change it, append it instead"
     if any(data.override_library is not None for data in held):
-        return f"{obj.name} is a library override, which is shown and never changed: append the head instead"
+        return f"{obj.name} is a library override, {FIXED}: to change it, append it instead"
     return ""
 
 

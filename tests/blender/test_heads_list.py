@@ -457,7 +457,7 @@ def test_a_linked_head_is_listed_and_chosen_but_not_changed_and_the_list_says_so
     before = hashes()
     (anna,) = (head.skin for head in heads())
     assert anna.library is not None
-    assert "Face is linked from anna.blend: it is shown and never changed" in listed()
+    assert "Face is linked from anna.blend, which is shown and never changed: to change it, append it" in listed()
     click(anna)
     assert bpy.context.object == anna
     assert bpy.context.scene.facewright_clip.head == "NEW", "a run cannot update it"
