@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import bpy
 
-from ..modal import draw_text
+from ..running import draw_text
 from . import actions
 from .operators import (
     FACEWRIGHT_OT_choose_head,
