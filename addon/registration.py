@@ -36,6 +36,12 @@ from .calibrate.panel import (
     draw_clip_menu,
 )
 from .calibrate.properties import FacewrightBoardPicture, FacewrightCamera
+from .controls.operators import (
+    FACEWRIGHT_OT_add_controls,
+    FACEWRIGHT_OT_pose_controls,
+    FACEWRIGHT_OT_remove_controls,
+)
+from .controls.panel import FACEWRIGHT_PT_controls
 from .export.operators import FACEWRIGHT_OT_export
 from .export.panel import FACEWRIGHT_PT_export, draw_export_menu
 from .heads.operators import (
@@ -132,6 +138,9 @@ CLASSES: tuple[type, ...] = (
     FACEWRIGHT_OT_insert_keyframes,
     FACEWRIGHT_OT_clear_keyframes,
     FacewrightFace,
+    FACEWRIGHT_OT_add_controls,
+    FACEWRIGHT_OT_remove_controls,
+    FACEWRIGHT_OT_pose_controls,
     FACEWRIGHT_OT_export,
     FACEWRIGHT_OT_track,
     FACEWRIGHT_OT_open_tracks,
@@ -157,6 +166,7 @@ CLASSES: tuple[type, ...] = (
     FACEWRIGHT_PT_report,
     FACEWRIGHT_PT_expressions,
     FACEWRIGHT_PT_keys,
+    FACEWRIGHT_PT_controls,
     FACEWRIGHT_PT_export,
     FACEWRIGHT_PT_track,
     FACEWRIGHT_PT_track_advanced,

@@ -125,7 +125,7 @@ def clear(skin: Any, group: str, frame: float) -> str:
     """Delete the keyframes of a group, or of the face, at a frame; gives a sentence about those that are locked."""
     if sentence := keying_complaint(skin):
         raise FacewrightError(sentence)
-    deleted, locked = keys.delete(members(skin, group), frame)
+    deleted, locked = keys.delete(skin, [block.name for block in members(skin, group)], frame)
     said = f"the keyframes of {_listed(locked)} stay: their channels are locked" if locked else ""
     if not deleted:
         raise FacewrightError(said or f"{skin.name} has no keyframes of its keys at frame {frame:g}")
@@ -157,10 +157,16 @@ def paired(skin: Any) -> set[str]:
     return {block.name for pair in keys.pairs(skin) for block in pair}
 
 
-def keyable(skin: Any) -> list[tuple[Any, str]]:
-    """The keys that keyframes can be inserted for, with the name of their group."""
+def keyable(skin: Any) -> list[Any]:
+    """What keyframes of the face can be inserted for: channels of keys, or of the bones that lead them."""
     led = keys.driven(skin)
-    return [(block, keys.group_of(block.name)) for block in keys.every(skin) if block.name not in led]
+    found = keys.channels(skin, [block.name for block in keys.every(skin) if block.name not in led])
+    return list(dict.fromkeys(channel for own in found.values() for channel in own))
+
+
+def led(skin: Any) -> set[str]:
+    """The keys that handles lead."""
+    return keys.led(skin)
 
 
 def _pose(skin: Any, values: dict[str, float], keyed: list[str], keying: Keying | None) -> str:
@@ -172,8 +178,7 @@ def _pose(skin: Any, values: dict[str, float], keyed: list[str], keying: Keying 
     keys.set_values(skin, {name: value for name, value in values.items() if name not in led})
     said = [f"drivers set {_listed(wanted)}: they stay as they are"] if wanted else []
     if keying is not None:
-        blocks = skin.data.shape_keys.key_blocks
-        refused = keys.insert((blocks[name] for name in keyed if name not in led), keying.frame, keying.kind)
+        refused = keys.insert(skin, [name for name in keyed if name not in led], keying.frame, keying.kind)
         said += [f"no keyframe of {_listed(refused)}: their channels are locked"] if refused else []
     return "; ".join(said)
 

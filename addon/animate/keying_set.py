@@ -6,7 +6,7 @@ from . import actions
 
 
 class FacewrightFace(bpy.types.KeyingSetInfo):
-    """Insert a keyframe of every shape key of the active object's face"""
+    """Insert a keyframe of every shape key of the active object's face, or of the handle that leads it"""
 
     bl_idname = "FacewrightFace"
     bl_label = "Facewright Face"
@@ -18,6 +18,6 @@ class FacewrightFace(bpy.types.KeyingSetInfo):
         self.generate(context, ks, actions.face(context.scene, context.object))
 
     def generate(self, _context: bpy.types.Context, ks: bpy.types.KeyingSet, data: bpy.types.Object) -> None:
-        for block, group in actions.keyable(data):
-            path = block.path_from_id("value")
-            ks.paths.add(data.data.shape_keys, path, group_method="NAMED", group_name=group)
+        for channel in actions.keyable(data):
+            path, index = channel.full_path, channel.index
+            ks.paths.add(channel.owner, path, index=index, group_method="NAMED", group_name=channel.group)

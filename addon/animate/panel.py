@@ -63,9 +63,11 @@ class FACEWRIGHT_PT_keys(Side, bpy.types.Panel):
         column.operator(FACEWRIGHT_OT_reset_keys.bl_idname, icon="LOOP_BACK")
         draw_mirror(column.row(align=True), "", "Mirror")
         layout.prop(settings, "search", text="", icon="VIEWZOOM")
-        is_editable = face.data.shape_keys.is_editable
+        led = actions.led(face)
+        if led:
+            layout.label(text="Handles set the grey ones", icon="ARMATURE_DATA")
         if settings.search.strip():
-            draw_found(layout, face, settings.search, is_editable)
+            draw_found(layout, face, settings.search, led)
             return
         paired = actions.paired(face)
         for group, blocks in actions.groups(face).items():
@@ -73,26 +75,26 @@ class FACEWRIGHT_PT_keys(Side, bpy.types.Panel):
             moved = sum(block.value != 0.0 for block in blocks)
             header.label(text=f"{group} ({moved} of {len(blocks)})" if moved else group)
             if body is not None:
-                draw_group(body, group, blocks, is_editable, any(block.name in paired for block in blocks))
+                draw_group(body, group, blocks, led, any(block.name in paired for block in blocks))
 
 
-def draw_found(layout: bpy.types.UILayout, face: bpy.types.Object, text: str, is_editable: bool) -> None:
+def draw_found(layout: bpy.types.UILayout, face: bpy.types.Object, text: str, led: set[str]) -> None:
     """The keys that a search finds, whatever their groups."""
     blocks = actions.found(face, text)
     if not blocks:
         layout.label(text="No key has these words", icon="INFO")
-    draw_sliders(layout, blocks, is_editable)
+    draw_sliders(layout, blocks, led)
 
 
 def draw_group(
-    layout: bpy.types.UILayout, group: str, blocks: list[bpy.types.ShapeKey], is_editable: bool, has_sides: bool
+    layout: bpy.types.UILayout, group: str, blocks: list[bpy.types.ShapeKey], led: set[str], has_sides: bool
 ) -> None:
     """A group's buttons and sliders."""
     row = layout.row(align=True)
     row.operator(FACEWRIGHT_OT_reset_keys.bl_idname, text="Reset", icon="LOOP_BACK").group = group
     if has_sides:
         draw_mirror(row, group, "")
-    draw_sliders(layout, blocks, is_editable)
+    draw_sliders(layout, blocks, led)
 
 
 def draw_mirror(row: bpy.types.UILayout, group: str, title: str) -> None:
@@ -107,11 +109,11 @@ def draw_mirror(row: bpy.types.UILayout, group: str, title: str) -> None:
         button.direction, button.group = direction, group
 
 
-def draw_sliders(layout: bpy.types.UILayout, blocks: list[bpy.types.ShapeKey], is_editable: bool) -> None:
-    """A slider for each key, with the diamond of its keyframes; grey for a head of another file."""
+def draw_sliders(layout: bpy.types.UILayout, blocks: list[bpy.types.ShapeKey], led: set[str]) -> None:
+    """A slider for each key, with the diamond of its keyframes; grey where handles lead it, or another file has it."""
     column = layout.column(align=True)
-    column.enabled = is_editable
     for block in blocks:
         row = column.row(align=True)
+        row.enabled = block.id_data.is_editable and block.name not in led
         row.prop(block, "value", text=block.name, slider=True)
         row.prop_decorator(block, "value")

@@ -16,7 +16,7 @@ from ..engine import (
 )
 from ..engine.report import parse as parse_report
 from ..jobs import Work, watch
-from ..scene import face_tracks, heads, motion_rig, portrait, track_reading, video, view
+from ..scene import controls, face_tracks, heads, motion_rig, portrait, track_reading, video, view
 from ..scene import head as scene_head
 from ..scene.heads import NEW, Head
 
@@ -134,6 +134,7 @@ def place(scene: Any, result: Reconstruction, clip: str, wanted: str = "", colle
     scene.facewright_clip.wanted = heads.key_of(face)
     portrait.portray(scene, face)
     is_new = head is None or face != head.skin
+    controls.update(next(found for found in heads.heads(scene) if found.skin == face))
     motion_rig.meet_face(scene, face, is_new, scene.facewright_motion.follow)
     return face
 

@@ -1,4 +1,7 @@
-"""The shape keys of a face: their groups and sides, their values and keyframes, and its named expressions."""
+"""The shape keys of a face: their groups and sides, their values and keyframes, and its named expressions.
+
+Where bones lead a key, its value is set and keyed there.
+"""
 
 import json
 import re
@@ -6,7 +9,9 @@ from collections.abc import Iterable, Mapping
 
 import bpy
 
-from .pose_keys import curves
+from . import controls_pose
+from .channels import Channel
+from .controls_find import aimed, led, of
 
 EXPRESSIONS = "facewright_expressions"
 OTHER = "Other"
@@ -24,8 +29,6 @@ GROUPS = {
 }
 # These move the whole jaw or mouth to a side: there is no half of the face that they are of.
 SIDEWAYS = {"jawLeft", "jawRight", "mouthLeft", "mouthRight"}
-# Keyframes that are nearer are one to Blender, frames.
-SAME_FRAME = 0.01
 
 
 def expressions(skin: bpy.types.Object) -> dict[str, dict[str, float]]:
@@ -64,10 +67,13 @@ def found(skin: bpy.types.Object, text: str) -> list[bpy.types.ShapeKey]:
 
 
 def driven(skin: bpy.types.Object) -> set[str]:
-    """The names of the keys that drivers set."""
+    """The names of the keys that drivers set; not those that handles lead, but those of eyes that follow a target."""
     animation = skin.data.shape_keys.animation_data
     paths = {curve.data_path for curve in animation.drivers} if animation is not None else set()
-    return {block.name for block in every(skin) if block.path_from_id("value") in paths} if paths else set()
+    if not paths:
+        return set()
+    found = {block.name for block in every(skin) if block.path_from_id("value") in paths}
+    return found - led(skin) | aimed(skin)
 
 
 def pairs(skin: bpy.types.Object) -> list[tuple[bpy.types.ShapeKey, bpy.types.ShapeKey]]:
@@ -92,41 +98,53 @@ def copied(skin: bpy.types.Object, to_right: bool) -> dict[str, float]:
 
 def set_values(skin: bpy.types.Object, values: Mapping[str, float]) -> None:
     """Set keys of a face, each within the limits of its slider; those that are not named stay."""
-    blocks = skin.data.shape_keys.key_blocks
-    for name, value in values.items():
-        block = blocks[name]
-        block.value = min(max(value, block.slider_min), block.slider_max)
+    blocks, ours = skin.data.shape_keys.key_blocks, led(skin)
+    within = {name: min(max(value, blocks[name].slider_min), blocks[name].slider_max) for name, value in values.items()}
+    for name in within.keys() - ours:
+        blocks[name].value = within[name]
+    controls_pose.set_values(skin, {name: value for name, value in within.items() if name in ours})
 
 
-def insert(blocks: Iterable[bpy.types.ShapeKey], frame: float, kind: str = "KEYFRAME") -> list[str]:
+def key_channel(block: bpy.types.ShapeKey) -> Channel:
+    """What keyframes of a key set, where no bone leads it."""
+    return Channel(block, "value", -1, group_of(block.name))
+
+
+def channels(skin: bpy.types.Object, names: Iterable[str]) -> dict[str, list[Channel]]:
+    """What keyframes of each key set: the key, or the bone that leads it."""
+    wanted, blocks = list(names), skin.data.shape_keys.key_blocks
+    return {name: [key_channel(blocks[name])] for name in wanted} | controls_pose.channels(skin, wanted)
+
+
+def insert(skin: bpy.types.Object, names: Iterable[str], frame: float, kind: str = "KEYFRAME") -> list[str]:
     """Insert a keyframe of the present value of each key; gives the names of those that refuse: locked channels."""
-    return [
-        block.name
-        for block in blocks
-        if not block.keyframe_insert("value", frame=frame, group=group_of(block.name), keytype=kind)
-    ]
+    found = channels(skin, names)
+    # Opposite keys share an axis.
+    done = {channel: channel.insert(frame, kind) for channel in _each(found)}
+    return [name for name, own in found.items() if not all(done[channel] for channel in own)]
 
 
-def delete(blocks: Iterable[bpy.types.ShapeKey], frame: float) -> tuple[int, list[str]]:
+def delete(skin: bpy.types.Object, names: Iterable[str], frame: float) -> tuple[int, list[str]]:
     """Delete the keyframes of keys at a frame; gives how many went, and the names of those in locked channels."""
-    there = [block for block in blocks if _has_keyframe(block, frame)]
-    kept = [block.name for block in there if not block.keyframe_delete("value", frame=frame)]
-    return len(there) - len(kept), kept
+    found = channels(skin, names)
+    done = {channel: channel.delete(frame) for channel in _each(found) if channel.has_keyframe(frame)}
+    kept = [name for name, own in found.items() if not all(done.get(channel, True) for channel in own)]
+    return sum(done.values()), kept
 
 
 def linked_action(skin: bpy.types.Object) -> str:
-    """The name of the action of a face's keys if it is another file's; else empty."""
-    animation = skin.data.shape_keys.animation_data
-    action = animation.action if animation is not None else None
-    return "" if action is None or action.is_editable else action.name
+    """The name of the action of a face's keys, or of what leads them, if it is another file's; else empty."""
+    armature = of(skin)
+    held = [skin.data.shape_keys, *([armature] if armature is not None else [])]
+    actions = [owner.animation_data.action for owner in held if owner.animation_data is not None]
+    return next((action.name for action in actions if action is not None and not action.is_editable), "")
+
+
+def _each(found: Mapping[str, list[Channel]]) -> list[Channel]:
+    """All channels, each once."""
+    return list(dict.fromkeys(channel for own in found.values() for channel in own))
 
 
 def _is_left(name: str, other: str) -> bool:
     """Whether the first letter in which two sides' names differ is that of left."""
     return next((a.lower() == "l" for a, b in zip(name, other) if a != b), False)
-
-
-def _has_keyframe(block: bpy.types.ShapeKey, frame: float) -> bool:
-    path = block.path_from_id("value")
-    curve = next((curve for curve in curves(block.id_data) or () if curve.data_path == path), None)
-    return curve is not None and any(abs(point.co.x - frame) < SAME_FRAME for point in curve.keyframe_points)

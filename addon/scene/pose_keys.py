@@ -23,9 +23,9 @@ def write(obj: bpy.types.Object, frames: NDArray[np.int64], poses: NDArray[np.fl
             fill(obj, path, index, frames, column)
 
 
-def fill(owner: bpy.types.ID, path: str, index: int, frames: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+def fill(owner: bpy.types.ID, path: str, index: int, frames: NDArray[Any], values: NDArray[np.float64]) -> None:
     """Let a property of an object, or of shape keys, take values at ascending frames, linear in between."""
-    _fill(_curve(owner, path, index), frames, values)
+    fill_curve(curve_of(owner, path, index), frames, values)
 
 
 def paths_of(owner: bpy.types.ID) -> set[tuple[str, int]]:
@@ -63,15 +63,20 @@ def quaternions(poses: NDArray[np.float64]) -> NDArray[np.float64]:
     return turns
 
 
-def _curve(owner: bpy.types.ID, path: str, index: int) -> bpy.types.FCurve:
-    """The curve of a property, made when it is missing."""
+def curve_of(owner: bpy.types.ID, path: str, index: int, group: str = "") -> bpy.types.FCurve:
+    """The curve of a property, made when it is missing, in a group of its action if one is named."""
     animation = owner.animation_data or owner.animation_data_create()
     if animation.action is None:
         animation.action = bpy.data.actions.new(owner.name)
     action = animation.action
     if hasattr(action, "fcurve_ensure_for_datablock"):
-        return action.fcurve_ensure_for_datablock(owner, path, index=index)
-    return action.fcurves.find(path, index=index) or action.fcurves.new(path, index=index)
+        curve = action.fcurve_ensure_for_datablock(owner, path, index=index)
+        # Blender 4.4 and 4.5 take no name of a group there.
+        bag = _bag(owner)
+        if group and curve.group is None and bag is not None:
+            curve.group = bag.groups.get(group) or bag.groups.new(group)
+        return curve
+    return action.fcurves.find(path, index=index) or action.fcurves.new(path, index=index, action_group=group)
 
 
 def curves(owner: bpy.types.ID) -> Any:
@@ -81,11 +86,18 @@ def curves(owner: bpy.types.ID) -> Any:
         return None
     if not hasattr(animation, "action_slot"):
         return animation.action.fcurves
+    bag = _bag(owner)
+    return bag.fcurves if bag is not None else None
+
+
+def _bag(owner: bpy.types.ID) -> Any:
+    """What of a layered action is the owner's; None without anything."""
+    animation = owner.animation_data
     if animation.action_slot is None:
         return None
     strips = (strip for layer in animation.action.layers for strip in layer.strips)
     bags = (strip.channelbag(animation.action_slot) for strip in strips)
-    return next((bag.fcurves for bag in bags if bag is not None), None)
+    return next((bag for bag in bags if bag is not None), None)
 
 
 def _all_curves(action: bpy.types.Action) -> list[bpy.types.FCurve]:
@@ -96,7 +108,8 @@ def _all_curves(action: bpy.types.Action) -> list[bpy.types.FCurve]:
     return [curve for bag in bags for curve in bag.fcurves]
 
 
-def _fill(curve: bpy.types.FCurve, frames: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+def fill_curve(curve: bpy.types.FCurve, frames: NDArray[Any], values: NDArray[np.float64]) -> None:
+    """Give a curve keys at ascending frames instead of those that it has, linear in between."""
     keys = curve.keyframe_points
     keys.clear()
     keys.add(len(frames))

@@ -1,0 +1,92 @@
+"""The buttons of controls."""
+
+import bpy
+
+from ..modal import Result, idle, leave_modes, reported
+from . import actions
+
+MODES = {"OBJECT", "POSE"}
+
+
+class FACEWRIGHT_OT_add_controls(bpy.types.Operator):
+    """Add bones for neck, head, jaw and gaze, and a panel of handles beside the face that lead its keys. Pose, keys and
+    keyframes stay. Again: bring them up to date"""
+
+    bl_idname = "facewright.add_controls"
+    bl_label = "Add Controls"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return can(cls, context, actions.adding_complaint(context.scene, context.object))
+
+    def execute(self, context: bpy.types.Context) -> Result:
+        return reported(self, lambda: self._add(context))
+
+    def _add(self, context: bpy.types.Context) -> str:
+        active = context.object
+        leave_modes(context)
+        made, message = actions.add(context.scene, active)
+        pose(context, made)
+        return message
+
+
+class FACEWRIGHT_OT_remove_controls(bpy.types.Operator):
+    """Remove bones and handles. The face keeps its pose, and its keys get the keyframes; neck and head become straight"""
+
+    bl_idname = "facewright.remove_controls"
+    bl_label = "Remove Controls"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return can(cls, context, actions.removing_complaint(context.scene, context.object))
+
+    def execute(self, context: bpy.types.Context) -> Result:
+        return reported(self, lambda: self._remove(context))
+
+    def _remove(self, context: bpy.types.Context) -> str:
+        active = context.object
+        leave_modes(context)
+        return actions.remove(context.scene, active)
+
+
+class FACEWRIGHT_OT_pose_controls(bpy.types.Operator):
+    """Go to Pose Mode, where handles and bones are dragged, or back to Object Mode"""
+
+    bl_idname = "facewright.pose_controls"
+    bl_label = "Pose"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        made = actions.armature(context.scene, context.object)
+        return can(cls, context, "" if made is not None else actions.NONE)
+
+    def execute(self, context: bpy.types.Context) -> Result:
+        made, was_posed = actions.armature(context.scene, context.object), context.mode == "POSE"
+        leave_modes(context)
+        if was_posed:
+            return {"FINISHED"}
+        if pose(context, made):
+            return {"FINISHED"}
+        self.report({"ERROR"}, f"{made.name} is in no collection of this view layer: turn its collection on first")
+        return {"CANCELLED"}
+
+
+def can(operator: type[bpy.types.Operator], context: bpy.types.Context, complaint: str) -> bool:
+    """Whether bones can be changed now; tells the artist otherwise."""
+    if context.mode not in MODES:
+        complaint = complaint or "Go to Object Mode first"
+    if complaint:
+        operator.poll_message_set(complaint[:1].upper() + complaint[1:])
+        return False
+    return idle(operator)
+
+
+def pose(context: bpy.types.Context, made: bpy.types.Object) -> bool:
+    """Enter Pose Mode with an armature; false where the view layer leaves it out, or hides it."""
+    if not actions.select(context.view_layer, made) or not made.visible_get(view_layer=context.view_layer):
+        return False
+    bpy.ops.object.mode_set(mode="POSE")
+    return True

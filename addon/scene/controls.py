@@ -1,0 +1,129 @@
+"""Controls of a head: an armature with neck, head, jaw, a gaze target and a panel of handles that lead ARKit's keys.
+
+The armature hangs on the skin and lies in the head's collection. The head's pose, keys and keyframes are the same before
+and after controls are added.
+"""
+
+import bpy
+
+from ..engine import FacewrightError
+from . import controls_bones, controls_carry, controls_drivers, controls_measure, controls_mesh
+from . import controls_shapes as shapes
+from .controls_find import CONTROLS, LED, bones, led, of, our_drivers
+from .controls_layout import LINKS
+from .heads import SKIN, Head
+
+TITLE = "Controls"
+
+
+def complaint(head: Head) -> str:
+    """Why a head cannot get controls; empty if it can."""
+    skin = head.skin
+    if skin is None:
+        return "Reconstruct a face first"
+    if not head.is_local:
+        return f"{skin.name} is linked from another file: append it instead"
+    if skin.data.shape_keys is None:
+        return f"{skin.name} has no shape keys any more: reconstruct this head again, or undo what removed them"
+    if "generic_position" not in skin.data.attributes:
+        return f"{skin.name} has lost its attribute generic_position: reconstruct this head again"
+    return controls_mesh.conflict(head)
+
+
+def has(head: Head) -> bool:
+    """Whether a head has controls, or what is left of deleted ones."""
+    skin = head.skin
+    return skin is not None and (of(skin) is not None or bool(our_drivers(skin)))
+
+
+def add(head: Head) -> tuple[bpy.types.Object, list[str]]:
+    """Give a head controls, or bring those that it has up to date.
+
+    Gives the armature, and sentences about keys that were left alone.
+    """
+    if sentence := complaint(head):
+        raise FacewrightError(sentence)
+    skin = head.skin
+    assert skin is not None, "a head without a skin was refused"
+    armature = of(skin) or _new_armature(head)
+    _let_go(skin)
+    anatomy = _place(head, armature)
+    blocks = skin.data.shape_keys.key_blocks
+    missing = [name for name in LINKS if name in blocks and name not in led(skin)]
+    refused = {name: reason for name in missing if (reason := controls_carry.refusal(blocks[name]))}
+    new = [name for name in missing if name not in refused]
+    controls_carry.to_bones(skin, armature, new)
+    for name in new:
+        controls_drivers.drive(blocks[name], armature, bones(armature), anatomy.aims)
+    armature.update_tag()
+    return armature, [f"{name} {reason} and stays as it is" for name, reason in refused.items()]
+
+
+def update(head: Head) -> None:
+    """Bring the controls of a head, if it has any, to its new shape; pose and keyframes stay."""
+    if head.skin is None or of(head.skin) is None:
+        return
+    armature = of(head.skin)
+    anatomy = _place(head, armature)
+    blocks = head.skin.data.shape_keys.key_blocks
+    for name in led(head.skin):
+        controls_drivers.drive(blocks[name], armature, bones(armature), anatomy.aims)
+
+
+def remove(head: Head) -> None:
+    """Take the controls of a head away; its keys keep the pose, and get keyframes of what they did."""
+    skin = head.skin
+    if skin is None or not has(head):
+        raise FacewrightError("this head has no controls")
+    armature = of(skin)
+    if armature is not None:
+        controls_carry.from_bones(head)
+    controls_mesh.unbind(head, armature)
+    if armature is not None:
+        _delete(armature)
+    _let_go(skin)
+    controls_drivers.narrow(skin, [obj for name, obj in head.parts.items() if name != SKIN])
+    if CONTROLS in skin:
+        del skin[CONTROLS]
+
+
+def _place(head: Head, armature: bpy.types.Object) -> controls_measure.Anatomy:
+    """Bones at the joints, meshes that follow them."""
+    anatomy = controls_measure.measure(head)
+    controls_bones.place(armature, anatomy)
+    controls_mesh.bind(head, armature)
+    controls_drivers.widen(head.parts[SKIN], [obj for name, obj in head.parts.items() if name != SKIN])
+    return anatomy
+
+
+def _new_armature(head: Head) -> bpy.types.Object:
+    """An armature without bones, which hangs on the skin."""
+    skin = head.skin
+    armature = bpy.data.objects.new(f"{head.name} {TITLE}", bpy.data.armatures.new(f"{head.name} {TITLE}"))
+    (head.home or skin.users_collection[0]).objects.link(armature)
+    armature.parent = skin
+    armature[LED] = skin
+    skin[CONTROLS] = armature
+    armature.show_in_front = True
+    return armature
+
+
+def _let_go(skin: bpy.types.Object) -> None:
+    """Take away drivers of ours that read no armature, or another head's: of deleted controls, or of a copied head."""
+    blocks, ours = skin.data.shape_keys.key_blocks, led(skin)
+    for name in our_drivers(skin).keys() - ours:
+        now = blocks[name].value
+        blocks[name].driver_remove("value")
+        blocks[name].value = now
+
+
+def _delete(armature: bpy.types.Object) -> None:
+    """Delete an armature with what only it uses."""
+    data, animation = armature.data, armature.animation_data
+    action = animation.action if animation is not None else None
+    shapes.forget(armature)
+    bpy.data.objects.remove(armature)
+    if not data.users:
+        bpy.data.armatures.remove(data)
+    if action is not None and not action.users and action.library is None:
+        bpy.data.actions.remove(action)
