@@ -32,7 +32,7 @@ class FACEWRIGHT_OT_add_controls(bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_remove_controls(bpy.types.Operator):
-    """Remove bones and handles. The face keeps its pose, and its keys get the keyframes; neck and head become straight"""
+    """Remove bones and handles. The face keeps its pose, its keys get the keyframes; neck and head become straight"""
 
     bl_idname = "facewright.remove_controls"
     bl_label = "Remove Controls"

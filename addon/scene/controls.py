@@ -1,7 +1,7 @@
 """Controls of a head: an armature with neck, head, jaw, a gaze target and a panel of handles that lead ARKit's keys.
 
-The armature hangs on the skin and lies in the head's collection. The head's pose, keys and keyframes are the same before
-and after controls are added.
+The armature hangs on the skin and lies in the head's collection. The head's pose, keys and keyframes are the same
+before and after controls are added.
 """
 
 import bpy

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import bpy
-from mathutils import Matrix, Vector
+from mathutils import Vector
 
 from . import controls_shapes as shapes
 from .controls_find import FOLLOW, ROLE, bones
@@ -16,7 +16,6 @@ from .controls_layout import (
     HEAD,
     JAW,
     LINKS,
-    LOCATION,
     NECK,
     PANEL,
     ROOT,
@@ -47,12 +46,12 @@ def place(armature: bpy.types.Object, anatomy: Anatomy) -> None:
     """Make the bones of a head, or bring those that there are to its joints; the artist's own stay."""
     names = {role: pose.name for role, pose in bones(armature).items()}
     made: dict[str, str] = {}
-    with _edited(armature) as edited:
+    with edited(armature) as found:
         for role, (head, tail) in _places(anatomy).items():
-            bone = edited.get(names.get(role, ""))
+            bone = found.get(names.get(role, ""))
             if bone is None:
-                bone = edited.new(role)
-                bone.parent = edited.get(made.get(_PARENTS[role], ""))
+                bone = found.new(role)
+                bone.parent = found.get(made.get(_PARENTS[role], ""))
                 bone.use_deform, bone.use_connect = role in DEFORMING, False
             bone.head, bone.tail = head, tail
             bone.align_roll(Vector((1.0, 0.0, 0.0)).cross(bone.vector))
@@ -95,7 +94,7 @@ def panel_place(anatomy: Anatomy) -> Vector:
 
 
 @contextmanager
-def _edited(armature: bpy.types.Object) -> Iterator[bpy.types.ArmatureEditBones]:
+def edited(armature: bpy.types.Object) -> Iterator[bpy.types.ArmatureEditBones]:
     """The bones in Edit Mode, which Blender enters in a scene only: in one of our own, whatever the artist's shows."""
     scene = bpy.data.scenes.new("Bones")
     hidden = armature.hide_viewport
@@ -222,14 +221,3 @@ def _colour(pose: bpy.types.PoseBone, colour: tuple[float, float, float]) -> Non
     chosen.custom.normal = colour
     chosen.custom.select = [min(1.0, part + 0.35) for part in colour]
     chosen.custom.active = (1.0, 1.0, 1.0)
-
-
-def rests(armature: bpy.types.Object) -> dict[str, Matrix]:
-    """Where the bones that move the mesh are at rest, in the armature's coordinates, by their roles."""
-    found = bones(armature)
-    return {role: found[role].bone.matrix_local for role in DEFORMING if role in found}
-
-
-def is_moved(pose: bpy.types.PoseBone) -> bool:
-    """Whether a bone is away from its rest."""
-    return any(any(getattr(pose, path)) for path in (LOCATION, ROTATION)) or pose.matrix_basis != Matrix.Identity(4)

@@ -64,7 +64,7 @@ def to_bones(skin: bpy.types.Object, armature: bpy.types.Object, names: Iterable
 
 
 def from_bones(head: Head) -> None:
-    """Give the keys that bones lead their values over time as keyframes, and their present ones; no driver sets them."""
+    """Give the keys that bones lead their present values, and keyframes of those over time; no driver sets them."""
     skin = head.skin
     assert skin is not None, "a head that is led has a skin"
     armature = of(skin)
@@ -130,7 +130,7 @@ def _sample(
     set_axis(pose, axis, keys, values)
     for channel in (channels_of(pose, next(iter(values)))[0], *(channels_of(pose, key)[1] for key in values)):
         name = channel.path.strip('[]"')
-        column = np.array([rests[name] if name in rests else place for place, rests in said], np.float64)
+        column = np.array([rests.get(name, place) for place, rests in said], np.float64)
         if name not in values or np.any(column):
             kept = _needed(column)
             curve = pose_keys.curve_of(pose.id_data, channel.full_path, max(channel.index, 0), pose.name)

@@ -53,8 +53,8 @@ def narrow(skin: bpy.types.Object, parts: list[bpy.types.Object]) -> None:
 def _aimed(name: str, side: str, aims: dict[str, Aim]) -> str:
     """The value that brings the eye to the target at x, y and z, from its centre to its left, forward and up.
 
-    A key moves what looks forward by the same step for each part of its value: with values a and b of a key sideways and
-    one upwards the eye looks along (a·aside, 1 + a·back + b·back, b·aside).
+    A key moves what looks forward by the same step for each part of its value: with values a and b of a key sideways
+    and one upwards the eye looks along (a·aside, 1 + a·back + b·back, b·aside).
     """
     parts = {}
     for key in _of_eye(side):

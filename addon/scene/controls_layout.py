@@ -1,7 +1,7 @@
 """Which bone leads which key, and where the handles are in the panel beside the face.
 
-Names are Rigify's and ARKit's where they have one for the same thing. The panel is seen as the face is: the person's left
-is on its right.
+Names are Rigify's and ARKit's where they have one for the same thing. The panel is seen as the face is: the person's
+left is on its right.
 """
 
 from dataclasses import dataclass

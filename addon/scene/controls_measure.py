@@ -1,4 +1,7 @@
-"""Where a head's joints are, and what its keys do to its eyes: measured on its meshes, in its skin's coordinates, metres."""
+"""Where a head's joints are, and what its keys do to its eyes: measured on its meshes.
+
+Places are in its skin's coordinates, metres.
+"""
 
 from dataclasses import dataclass
 
@@ -21,8 +24,8 @@ _JOINTS = {
     "eye_left": (0.0315, 0.0, 0.0),
     "eye_right": (-0.0315, 0.0, 0.0),
 }
-# The lines of the neck in the middle plane, of the generic head: places as (y, z), from the front to the back. Below the
-# first nothing moves, above the second everything is skull.
+# The lines of the neck in the middle plane, of the generic head: places as (y, z), from the front to the back. Below
+# the first nothing moves, above the second everything is skull.
 _BASE = ((0.05, -0.2), (0.16, -0.165))
 _SKULL = ((0.03, -0.127), (0.15, -0.065))
 

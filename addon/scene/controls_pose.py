@@ -1,7 +1,7 @@
 """Values of keys as places of handles, and back: any set of values can be had.
 
-A key is what its handle gives it, 0 to 1, and a custom property of that bone, named after the key: what the handle cannot
-say, such as two opposite keys at once.
+A key is what its handle gives it, 0 to 1, and a custom property of that bone, named after the key: what the handle
+cannot say, such as two opposite keys at once.
 """
 
 from collections.abc import Iterable, Mapping

@@ -13,14 +13,15 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from ..engine import FacewrightError
-from . import export_sample, pose_keys
+from . import controls_find, controls_mesh, export_bones, export_sample, pose_keys
 from .export_looks import dress
 from .export_names import Names, identifier, set_aside
 from .export_sample import SAME, Track
 from .heads import SKIN, Head
 
 # What a copy is made of, and what exporters may leave behind.
-KINDS = ("scenes", "collections", "objects", "meshes", "shape_keys", "actions", "materials", "images", "node_groups")
+KINDS = ("scenes", "collections", "objects", "meshes", "shape_keys", "armatures", "actions")
+KINDS += ("materials", "images", "node_groups")
 # What the library notes in a mesh, of no use elsewhere.
 NOTES = ("generic_position", "made_position")
 
@@ -71,21 +72,30 @@ def _made(context: bpy.types.Context, head: Head, wanted: Wanted, names: Names) 
     title = identifier(head.name)
     names.give(scene, title)
     objects = {name: _duplicate(scene, obj) for name, obj in head.parts.items()}
+    skeleton = export_bones.skeleton_of(controls_find.of(head.parts[SKIN]))
     if wanted.frames:
-        tracks = export_sample.over_time(scene, objects, frames)
+        tracks = export_sample.over_time(scene, objects, frames, skeleton)
     else:
-        tracks = export_sample.at_present(head.parts, context.evaluated_depsgraph_get())
+        tracks = export_sample.at_present(head.parts, context.evaluated_depsgraph_get(), skeleton)
     copy = Copy(scene, objects, names)
     for obj in objects.values():
         _free(obj)
         if not wanted.evaluated:
-            copy.left_out += [modifier.name for modifier in obj.modifiers if modifier.show_viewport]
-            obj.modifiers.clear()
+            copy.left_out += _leave_out(obj, skeleton is not None)
         _plain_keys(obj)
     dress(objects, title, names)
+    if skeleton is not None:
+        _check_bound(head, tracks)
     if wanted.joined:
         _check_joinable(head, tracks)
-    root = copy.skin if wanted.joined else _root(scene, title, names)
+    if skeleton is None:
+        root = copy.skin if wanted.joined else _root(scene, title, names)
+    else:
+        root = _rigged(scene, title, names, skeleton, tracks[SKIN].places, wanted.scale)
+        export_bones.bake(root, skeleton, tracks[SKIN].places, frames, wanted.scale)
+        for bound in [controls_mesh.modifier(obj) for obj in objects.values()]:
+            if bound is not None:
+                bound.object = root
     _bake(root, objects, tracks, frames, wanted.scale)
     if wanted.joined:
         _join(copy)
@@ -122,6 +132,16 @@ def _duplicate(scene: bpy.types.Scene, obj: bpy.types.Object) -> bpy.types.Objec
         copy.data.attributes.remove(note)
     scene.collection.objects.link(copy)
     return copy
+
+
+def _leave_out(obj: bpy.types.Object, is_rigged: bool) -> list[str]:
+    """Take the modifiers of a copy away, but for what lets it follow bones; gives the names of those that showed."""
+    kept = controls_mesh.modifier(obj) if is_rigged and export_bones.is_bound(obj) else None
+    rest = [modifier for modifier in obj.modifiers if modifier != kept]
+    shown = [modifier.name for modifier in rest if modifier.show_viewport]
+    for modifier in rest:
+        obj.modifiers.remove(modifier)
+    return shown
 
 
 def _free(obj: bpy.types.Object) -> None:
@@ -170,6 +190,17 @@ def _weights(obj: bpy.types.Object, group: str) -> NDArray[np.float64]:
     return np.array(found, np.float64)
 
 
+def _check_bound(head: Head, tracks: dict[str, Track]) -> None:
+    """What follows bones has no place of its own over time in most programs."""
+    carried = np.linalg.inv(tracks[SKIN].places)
+    for name, part in head.parts.items():
+        if export_bones.is_bound(part) and np.ptp(carried @ tracks[name].places, axis=0).max() > SAME:
+            raise FacewrightError(
+                f"{part.name} moves against {head.name} and follows bones too, as no other program has it: "
+                "take its own keyframes away, or remove the controls"
+            )
+
+
 def _check_joinable(head: Head, tracks: dict[str, Track]) -> None:
     """One mesh has one place and one value for each key."""
     skin = tracks[SKIN]
@@ -198,6 +229,23 @@ def _root(scene: bpy.types.Scene, title: str, names: Names) -> bpy.types.Object:
     names.give(root, title)
     scene.collection.objects.link(root)
     return root
+
+
+def _rigged(
+    scene: bpy.types.Scene,
+    title: str,
+    names: Names,
+    skeleton: export_bones.Skeleton,
+    skin: NDArray[np.float64],
+    scale: float,
+) -> bpy.types.Object:
+    """An armature that carries the parts, with the bones that they follow."""
+    armature = bpy.data.objects.new("Export", bpy.data.armatures.new("Export"))
+    for data in (armature, armature.data):
+        names.give(data, f"{title}_rig")
+    export_bones.build(armature, skeleton, skin, scale)
+    scene.collection.objects.link(armature)
+    return armature
 
 
 def _bake(

@@ -56,5 +56,5 @@ def identifier(name: str) -> str:
 
 def _kind(data: bpy.types.ID) -> str:
     """Where the file keeps data of this kind."""
-    kinds = {"Scene": "scenes", "Object": "objects", "Mesh": "meshes", "Material": "materials", "Image": "images"}
-    return kinds[data.bl_rna.identifier]
+    kinds = {"Mesh": "meshes", "Armature": "armatures", "Material": "materials", "Image": "images"}
+    return ({"Scene": "scenes", "Object": "objects"} | kinds)[data.bl_rna.identifier]

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import pose_keys
+from .controls_find import of
+from .export_bones import Skeleton
 from .heads import Head
 
 # Values of keys and places, in metres, that differ by less are the same.
@@ -37,9 +39,12 @@ def animated_range(head: Head) -> tuple[int, int] | None:
 
 
 def over_time(
-    scene: bpy.types.Scene, objects: dict[str, bpy.types.Object], frames: NDArray[np.int64]
+    scene: bpy.types.Scene,
+    objects: dict[str, bpy.types.Object],
+    frames: NDArray[np.int64],
+    skeleton: Skeleton | None = None,
 ) -> dict[str, Track]:
-    """What objects of a scene that no window shows do over time, by name.
+    """What objects of a scene that no window shows do over time, by name, and a skeleton with them.
 
     Blender writes animated values back into data when it evaluates what a context shows. It does not for the state that
     a view layer has: so nothing of the artist's changes.
@@ -50,11 +55,17 @@ def over_time(
         state = scene.view_layers[0].depsgraph
         for name, obj in objects.items():
             samples[name].append(_now(obj, state))
+        if skeleton is not None:
+            skeleton.look(state)
     return {name: _track(found) for name, found in samples.items()}
 
 
-def at_present(objects: dict[str, bpy.types.Object], state: bpy.types.Depsgraph) -> dict[str, Track]:
-    """How objects are in the artist's scene, with changes that have no keys."""
+def at_present(
+    objects: dict[str, bpy.types.Object], state: bpy.types.Depsgraph, skeleton: Skeleton | None = None
+) -> dict[str, Track]:
+    """How objects are in the artist's scene, with changes that have no keys, and a skeleton with them."""
+    if skeleton is not None:
+        skeleton.look(state)
     return {name: _track([_now(obj, state)]) for name, obj in objects.items()}
 
 
@@ -69,8 +80,10 @@ def _track(samples: list[tuple[list[float], NDArray[np.float64]]]) -> Track:
 
 
 def _moving(head: Head) -> Iterator[bpy.types.ID]:
-    """What can move a head and is animated: its objects and keys, what carries them and what their drivers read."""
+    """What can move a head and is animated: its objects, keys and controls, what carries them, what drivers read."""
     waiting: list[bpy.types.ID | None] = list(head.objects)
+    if head.skin is not None and (armature := of(head.skin)) is not None:
+        waiting.append(armature)
     seen: set[bpy.types.ID] = set()
     while waiting:
         owner = waiting.pop()
@@ -79,6 +92,8 @@ def _moving(head: Head) -> Iterator[bpy.types.ID]:
         seen.add(owner)
         if isinstance(owner, bpy.types.Object):
             waiting += [owner.parent, *(getattr(constraint, "target", None) for constraint in owner.constraints)]
+            posed = [constraint for pose in owner.pose.bones for constraint in pose.constraints] if owner.pose else []
+            waiting += [getattr(constraint, "target", None) for constraint in posed]
             waiting.append(getattr(owner.data, "shape_keys", None))
         animation = getattr(owner, "animation_data", None)
         if animation is not None:

@@ -102,6 +102,7 @@ def _call(kind: str, **options: Any) -> set[str]:
 
 def _gltf(path: str, copy: Copy, animated: bool) -> set[str]:
     with _shown(copy.scene):
+        _write_back(copy.scene)
         return _call(
             "glTF",
             filepath=path,
@@ -111,6 +112,8 @@ def _gltf(path: str, copy: Copy, animated: bool) -> set[str]:
             export_animation_mode="SCENE",
             export_anim_scene_split_object=False,
             export_current_frame=not animated,
+            # Without animation the pose is in the joints' places.
+            export_rest_position_armature=animated,
             export_yup=True,
             check_existing=False,
         )
@@ -118,15 +121,12 @@ def _gltf(path: str, copy: Copy, animated: bool) -> set[str]:
 
 def _fbx(path: str, copy: Copy, animated: bool) -> set[str]:
     with _used(copy.scene):
-        # The exporter reads what evaluation writes back into data, as it does once a context has asked for the state.
-        bpy.context.evaluated_depsgraph_get()
-        for obj in copy.scene.objects:
-            obj.update_tag()
-        copy.scene.view_layers[0].update()
+        _write_back(copy.scene)
         return _call(
             "FBX",
             filepath=path,
-            object_types={"MESH", "EMPTY"},
+            object_types={"MESH", "EMPTY", "ARMATURE"},
+            add_leaf_bones=False,
             # The copy is in centimetres, and so says the file: no node needs a scale.
             apply_scale_options="FBX_SCALE_ALL",
             global_scale=0.01,
@@ -148,8 +148,10 @@ def _usd(path: str, copy: Copy, animated: bool) -> set[str]:
         return _call(
             "USD",
             filepath=path,
-            export_animation=animated,
+            # Values of shape keys are animation in USD, of one frame too.
+            export_animation=True,
             export_shapekeys=True,
+            export_armatures=True,
             export_uvmaps=True,
             export_normals=True,
             export_materials=True,
@@ -184,6 +186,14 @@ def _alembic(path: str, copy: Copy, animated: bool) -> set[str]:
             as_background_job=False,
             check_existing=False,
         )
+
+
+def _write_back(scene: bpy.types.Scene) -> None:
+    """Let evaluation write places into data, where exporters read them, as it does once a context asked for the state."""
+    bpy.context.evaluated_depsgraph_get()
+    for obj in scene.objects:
+        obj.update_tag()
+    scene.view_layers[0].update()
 
 
 EXPORTERS = {

@@ -17,7 +17,8 @@ FRAMES = (1, 20, 40)
 MOVED = ("jawOpen", "eyeBlinkLeft", "eyeLookInLeft", "tongueOut", "mouthFunnel")
 
 READERS: dict[str, Callable[[str], Any]] = {
-    ".glb": lambda path: bpy.ops.import_scene.gltf(filepath=path),
+    # A ball that would show bones is no part of a file.
+    ".glb": lambda path: bpy.ops.import_scene.gltf(filepath=path, disable_bone_shape=True),
     # Both of Blender's FBX importers take time 0 for frame 1 unless they are told.
     ".fbx": lambda path: bpy.ops.import_scene.fbx(filepath=path, anim_offset=0.0),
     ".usdc": lambda path: bpy.ops.wm.usd_import(filepath=path),

@@ -1,8 +1,6 @@
 """Controls lead the keys: the same pose, expressions and keyframes with and without them."""
 
-import json
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import bpy

@@ -1,0 +1,95 @@
+"""A head with controls goes to other programs with the bones that move it, and without its handles."""
+
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+import pytest
+from exported import READERS, animate, apart_mm, everything, paths, read_back, world
+from people import PARTS, head_of
+from test_controls import add, armature, bone
+from tracking import module
+
+# The most that a vertex may be off after an export.
+ALLOWED_MM = 0.1
+BONES = {"root", "neck", "head"}
+
+
+@pytest.fixture
+def face(generic_face: bpy.types.Object) -> bpy.types.Object:
+    """A head that turns as a whole and by its neck, and speaks by its handles."""
+    animate(generic_face)
+    add(generic_face)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    for frame, yaw, nod in ((1, 0.0, 0.0), (20, 0.6, 0.3), (40, -0.4, -0.2)):
+        for role, share in (("neck", 0.4), ("head", 0.6)):
+            found = bone(generic_face, role)
+            found.rotation_euler = (share * nod, share * yaw, 0.1 * yaw)
+            found.keyframe_insert("rotation_euler", frame=frame)
+        jaw = bone(generic_face, "jaw_master")
+        jaw.rotation_euler[0] = 0.4 * nod
+        jaw.keyframe_insert("rotation_euler", index=0, frame=frame)
+    bpy.context.scene.frame_set(7)
+    return generic_face
+
+
+def export(file: Path, **options: Any) -> Path:
+    """Export the head of the scene, which must not change."""
+    before = everything()
+    assert bpy.ops.facewright.export(filepath=str(file), **options) == {"FINISHED"}
+    assert everything() == before, "the scene is as it was"
+    return file
+
+
+@pytest.mark.parametrize("suffix", READERS)
+def test_a_head_with_bones_moves_in_a_file_as_in_the_scene(face: bpy.types.Object, tmp_path: Path, suffix: str) -> None:
+    truth = paths(face)
+    found = read_back(export(tmp_path / f"head{suffix}"))
+    assert set(found) == {f"Face_{part}" for part in PARTS}
+    apart = {part: apart_mm(found[f"Face_{part}"], truth[part]) for part in PARTS}
+    assert max(apart.values()) < ALLOWED_MM, apart
+    rigs = [obj for obj in bpy.data.objects if obj.type == "ARMATURE"]
+    if suffix != ".abc":
+        (rig,) = rigs
+        assert {b.name for b in rig.data.bones} == BONES, "no handle is in the file"
+        assert bpy.data.meshes["Face_skin"].shape_keys is not None
+    assert not [name for name in bpy.data.meshes.keys() if name.startswith("Controls")]
+
+
+@pytest.mark.parametrize("suffix", READERS)
+def test_one_mesh_with_bones_moves_as_all_parts_do(face: bpy.types.Object, tmp_path: Path, suffix: str) -> None:
+    truth = np.concatenate(list(paths(face).values()))
+    found = read_back(export(tmp_path / f"head{suffix}", joined=True))
+    assert set(found) == {"Face"} and apart_mm(found["Face"], truth) < ALLOWED_MM
+
+
+@pytest.mark.parametrize("suffix", READERS)
+def test_a_still_head_has_its_unkeyed_pose(face: bpy.types.Object, tmp_path: Path, suffix: str) -> None:
+    bone(face, "head").rotation_euler[1] = 0.5
+    bpy.context.view_layer.update()
+    truth = {name: world(part) for name, part in head_of(face).parts.items()}
+    found = read_back(export(tmp_path / f"head{suffix}", animation=False))
+    apart = {part: apart_mm(found[f"Face_{part}"][:, :3], truth[part]) for part in PARTS}
+    assert max(apart.values()) < ALLOWED_MM, apart
+
+
+def test_the_bind_pose_is_the_head_at_rest(face: bpy.types.Object, tmp_path: Path) -> None:
+    rests = {b.name: np.array(b.matrix_local) for b in armature(face).data.bones if b.use_deform}
+    read_back(export(tmp_path / "head.glb"))
+    (rig,) = (obj for obj in bpy.data.objects if obj.type == "ARMATURE")
+    for name, rest in rests.items():
+        assert np.abs(np.array(rig.data.bones[name].matrix_local)[:3, 3] - rest[:3, 3]).max() < 1e-5
+
+
+def test_a_part_that_moves_by_itself_and_by_bones_is_refused(face: bpy.types.Object, tmp_path: Path) -> None:
+    tongue = head_of(face).parts["tongue"]
+    for frame, place in ((1, 0.0), (20, 0.01)):
+        tongue.location.x = place
+        tongue.keyframe_insert("location", frame=frame)
+    bpy.context.scene.frame_set(7)
+    before = everything()
+    with pytest.raises(RuntimeError, match="Face tongue moves against Face and follows bones too"):
+        bpy.ops.facewright.export(filepath=str(tmp_path / "head.glb"))
+    assert everything() == before and not list(tmp_path.iterdir())
+    assert module("scene.export_sample").animated_range(head_of(face)) == (1, 40)
