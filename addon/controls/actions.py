@@ -66,8 +66,8 @@ def target(made: Any) -> Any:
     return controls_find.bones(made).get(EYES)
 
 
-def select(layer: Any, made: Any) -> bool:
-    """Make an armature the only selected and the active object; false where the view layer leaves it out."""
+def select(layer: Any, made: Any, with_head: bool = False) -> bool:
+    """Make an armature active and select it, alone or with its head; false where the view layer leaves it out."""
     layer.update()
     if made not in layer.objects.values():
         return False
@@ -75,5 +75,7 @@ def select(layer: Any, made: Any) -> bool:
         obj.select_set(False, view_layer=layer)
     made.hide_set(False, view_layer=layer)
     made.select_set(True, view_layer=layer)
+    if with_head and made.parent in layer.objects.values():
+        made.parent.select_set(True, view_layer=layer)
     layer.objects.active = made
     return True

@@ -3,6 +3,7 @@
 import bpy
 
 from ..modal import Result, idle, leave_modes, reported
+from ..scene import view
 from . import actions
 
 MODES = {"OBJECT", "POSE"}
@@ -24,9 +25,11 @@ class FACEWRIGHT_OT_add_controls(bpy.types.Operator):
         return reported(self, lambda: self._add(context))
 
     def _add(self, context: bpy.types.Context) -> str:
-        active = context.object
+        active, before = context.object, actions.armature(context.scene, context.object)
         leave_modes(context)
         made, message = actions.add(context.scene, active)
+        if before is None and not bpy.app.background and actions.select(context.view_layer, made, with_head=True):
+            view.present(context.window)
         pose(context, made)
         return message
 

@@ -45,7 +45,7 @@ def add(head: Head) -> tuple[bpy.types.Object, list[str]]:
         raise FacewrightError(sentence)
     skin = head.skin
     assert skin is not None, "a head without a skin was refused"
-    armature = of(skin) or _new_armature(head)
+    armature = of(skin) or _new_armature(head, skin)
     _let_go(skin)
     anatomy = _place(head, armature)
     blocks = skin.data.shape_keys.key_blocks
@@ -96,9 +96,8 @@ def _place(head: Head, armature: bpy.types.Object) -> controls_measure.Anatomy:
     return anatomy
 
 
-def _new_armature(head: Head) -> bpy.types.Object:
+def _new_armature(head: Head, skin: bpy.types.Object) -> bpy.types.Object:
     """An armature without bones, which hangs on the skin."""
-    skin = head.skin
     armature = bpy.data.objects.new(f"{head.name} {TITLE}", bpy.data.armatures.new(f"{head.name} {TITLE}"))
     (head.home or skin.users_collection[0]).objects.link(armature)
     armature.parent = skin

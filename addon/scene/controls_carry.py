@@ -70,7 +70,7 @@ def from_bones(head: Head) -> None:
     armature = of(skin)
     assert armature is not None, "a head that is led has an armature"
     names, blocks = sorted(led(skin)), skin.data.shape_keys.key_blocks
-    frames, values = _over_time(head, armature, names)
+    frames, values = _over_time(skin, armature, export_sample.animated_range(head), names)
     now = {name: blocks[name].value for name in names}
     for number, name in enumerate(names):
         blocks[name].driver_remove("value")
@@ -183,22 +183,21 @@ def _needed(column: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def _over_time(
-    head: Head, armature: bpy.types.Object, names: list[str]
+    skin: bpy.types.Object, armature: bpy.types.Object, span: tuple[int, int] | None, names: list[str]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Frames, and the values of keys at them; none where nothing moves."""
-    span = export_sample.animated_range(head)
     if span is None or not names:
         return np.zeros(0), np.zeros((0, len(names)))
     at = [point.co.x for curve in pose_keys.curves(armature) or [] for point in curve.keyframe_points]
     frames = np.unique(np.concatenate([np.arange(span[0], span[1] + 1.0), np.array(at, np.float64)]))
     scene = bpy.data.scenes.new("Sample")
     try:
-        scene.collection.objects.link(head.skin)
+        scene.collection.objects.link(skin)
         rows = []
         for frame in frames.tolist():
             whole = int(np.floor(frame))
             scene.frame_set(whole, subframe=frame - whole)
-            blocks = head.skin.data.shape_keys.evaluated_get(scene.view_layers[0].depsgraph).key_blocks
+            blocks = skin.data.shape_keys.evaluated_get(scene.view_layers[0].depsgraph).key_blocks
             rows.append([blocks[name].value for name in names])
     finally:
         bpy.data.scenes.remove(scene)

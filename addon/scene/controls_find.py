@@ -40,9 +40,10 @@ def is_ours(curve: bpy.types.FCurve) -> bool:
 def our_drivers(skin: bpy.types.Object) -> dict[str, bpy.types.FCurve]:
     """Our drivers by the keys that they set."""
     keys = skin.data.shape_keys
-    animation = keys.animation_data if keys is not None else None
-    found = {curve.data_path: curve for curve in animation.drivers} if animation is not None else {}
-    paths = {name: keys.key_blocks[name].path_from_id("value") for name in LINKS if found and name in keys.key_blocks}
+    if keys is None or keys.animation_data is None or not len(keys.animation_data.drivers):
+        return {}
+    found = {curve.data_path: curve for curve in keys.animation_data.drivers}
+    paths = {name: keys.key_blocks[name].path_from_id("value") for name in LINKS if name in keys.key_blocks}
     return {name: found[path] for name, path in paths.items() if path in found and is_ours(found[path])}
 
 

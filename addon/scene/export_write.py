@@ -189,7 +189,7 @@ def _alembic(path: str, copy: Copy, animated: bool) -> set[str]:
 
 
 def _write_back(scene: bpy.types.Scene) -> None:
-    """Let evaluation write places into data, where exporters read them, as it does once a context asked for the state."""
+    """Let evaluation write places into data, where exporters read them: it does once a context asked for the state."""
     bpy.context.evaluated_depsgraph_get()
     for obj in scene.objects:
         obj.update_tag()

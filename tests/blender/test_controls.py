@@ -307,7 +307,7 @@ def vertex_weights(obj: bpy.types.Object) -> dict[str, Any]:
 
 def test_every_vertex_goes_with_the_bones_wholly(face: bpy.types.Object) -> None:
     for obj in head_of(face).objects:
-        total = sum(vertex_weights(obj).values())
+        total = np.sum(list(vertex_weights(obj).values()), axis=0)
         assert total.min() == pytest.approx(1.0, abs=1e-5) and total.max() == pytest.approx(1.0, abs=1e-5)
     generic = module("scene.controls_measure").generic_positions(face)
     weights = vertex_weights(face)

@@ -1,14 +1,19 @@
 """A head with controls goes to other programs with the bones that move it, and without its handles."""
 
+import json
+import shutil
+import subprocess
 from pathlib import Path
 from typing import Any
 
 import bpy
 import numpy as np
 import pytest
-from exported import READERS, animate, apart_mm, everything, paths, read_back, world
+from exported import FRAMES, READERS, animate, apart_mm, everything, paths, read_back, world
 from people import PARTS, head_of
 from test_controls import add, armature, bone
+from test_export import THREE
+from test_export import _upright as upright
 from tracking import module
 
 # The most that a vertex may be off after an export.
@@ -54,7 +59,7 @@ def test_a_head_with_bones_moves_in_a_file_as_in_the_scene(face: bpy.types.Objec
         (rig,) = rigs
         assert {b.name for b in rig.data.bones} == BONES, "no handle is in the file"
         assert bpy.data.meshes["Face_skin"].shape_keys is not None
-    assert not [name for name in bpy.data.meshes.keys() if name.startswith("Controls")]
+    assert not [mesh for mesh in bpy.data.meshes if mesh.name.startswith("Controls")]
 
 
 @pytest.mark.parametrize("suffix", READERS)
@@ -62,6 +67,25 @@ def test_one_mesh_with_bones_moves_as_all_parts_do(face: bpy.types.Object, tmp_p
     truth = np.concatenate(list(paths(face).values()))
     found = read_back(export(tmp_path / f"head{suffix}", joined=True))
     assert set(found) == {"Face"} and apart_mm(found["Face"], truth) < ALLOWED_MM
+
+
+@pytest.mark.parametrize("joined", [False, True])
+def test_three_js_moves_a_head_with_bones_as_the_scene_does(
+    face: bpy.types.Object, tmp_path: Path, joined: bool
+) -> None:
+    if shutil.which("node") is None or not THREE.is_dir():
+        pytest.skip(f"reading back in three.js needs node, and three's npm package in {THREE}")
+    truth = paths(face)
+    file, render = export(tmp_path / "head.glb", joined=joined), bpy.context.scene.render
+    script = Path(__file__).with_name("three.mjs")
+    wanted = [THREE, file, str(render.fps / render.fps_base), *map(str, FRAMES)]
+    said = subprocess.run(["node", script, *wanted], capture_output=True, text=True, check=False)
+    assert said.returncode == 0, said.stderr
+    shown = {m["name"]: np.concatenate([upright(f) for f in m["frames"]], axis=1) for m in json.loads(said.stdout)}
+    if joined:
+        assert apart_mm(np.concatenate(list(shown.values())), np.concatenate(list(truth.values()))) < ALLOWED_MM
+    else:
+        assert max(apart_mm(shown[f"Face_{part}"], truth[part]) for part in PARTS) < ALLOWED_MM
 
 
 @pytest.mark.parametrize("suffix", READERS)

@@ -18,6 +18,9 @@ TRACK = "bpy.ops.facewright.track()"
 SOLVE = "bpy.ops.facewright.motion()"
 LOOK_THROUGH = "bpy.ops.facewright.look_through()"
 CLIP_FIELD = 'bpy.data.scenes["Scene"].facewright_clip.path'
+ADD_CONTROLS = "bpy.ops.facewright.add_controls()"
+# How far a handle is dragged, pixels.
+DRAG = 12
 HAPPINESS = 'bpy.ops.facewright.expression(name="happiness")'
 # Far beyond what a run takes on a slow machine.
 RUN_SECONDS = 600
@@ -98,6 +101,33 @@ def an_expression_is_a_click_and_an_undo_step(session: Session) -> None:
     session.picture("happiness")
     undo(session, "ctrl+z", made)
     expect(session.glance()["smiles"]["Face"] == 0.0, "the undone smile is still there")
+
+
+def a_handle_is_dragged_and_its_key_moves(session: Session) -> None:
+    made = finish(session, RECONSTRUCT)
+    session.click_button(ADD_CONTROLS)
+    session.wait("the handles can be posed", ANSWER_SECONDS, lambda s: s["mode"] == "POSE" and s["handle"])
+    added = session.settled()
+    expect_one_step(made, added)
+    session.picture("controls")
+    across, up = added["handle"]
+    session.desktop.point(across, added["height"] - up)
+    session.desktop.click()
+    chosen = session.settled()
+    expect_one_step(added, chosen)
+    session.desktop.press("g")
+    session.desktop.point(across, added["height"] - up - DRAG)
+    smiling = session.wait("the mouth's corner rises", ANSWER_SECONDS, lambda s: s["smiles"]["Face"] > 0.3)
+    session.desktop.click()
+    session.settled()
+    session.picture("controls-dragged")
+    expect(smiling["handle"] != added["handle"], "the handle is where it was")
+    session.desktop.press("ctrl+z")
+    session.wait("the mouth is at rest", ANSWER_SECONDS, lambda s: s["smiles"]["Face"] == 0.0)
+    session.desktop.press("ctrl+z")
+    session.settled()
+    undo(session, "ctrl+z", made)
+    expect(not session.glance()["handle"], "the undone controls are still there")
 
 
 def a_second_person_is_a_second_head(session: Session) -> None:
@@ -326,6 +356,7 @@ TESTS: dict[str, list[Test]] = {
         esc_changes_nothing,
         one_click_makes_a_head_that_one_undo_takes_away,
         an_expression_is_a_click_and_an_undo_step,
+        a_handle_is_dragged_and_its_key_moves,
         a_second_person_is_a_second_head,
         heads_are_chosen_named_copied_and_removed_in_the_list,
         a_head_is_seen_at_once_before_what_stands_in_its_place,

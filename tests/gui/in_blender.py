@@ -17,6 +17,7 @@ from typing import Any
 
 import bpy
 import numpy as np
+from bpy_extras.view3d_utils import location_3d_to_region_2d
 from mathutils import Vector
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -75,6 +76,7 @@ def shown() -> dict[str, Any]:
         "sketched": importlib.import_module(f"{PACKAGE}.scene.sketch").Sketch.drawn is not None,
         "looks": [look(area.spaces.active.region_3d) for area in areas("VIEW_3D")],
         "smiles": smiles(),
+        "handle": handle(),
         "head": bpy.context.scene.facewright_clip.head,
         "mode": bpy.context.mode,
         "colours": [area.spaces.active.shading.color_type for area in areas("VIEW_3D")],
@@ -143,6 +145,18 @@ def smiles() -> dict[str, float]:
     """How much each head smiles, by the names of their skins."""
     skins = [obj for obj in bpy.data.objects if obj.get("facewright_part") == "skin"]
     return {skin.name: skin.data.shape_keys.key_blocks["mouthSmileLeft"].value for skin in skins}
+
+
+def handle() -> list[int]:
+    """Where in the window the handle of the mouth's left corner is, from its lower left; empty without controls."""
+    rig = next((obj for obj in bpy.data.objects if obj.type == "ARMATURE"), None)
+    view = areas("VIEW_3D")[:1]
+    if rig is None or not view:
+        return []
+    bone = next(pose for pose in rig.pose.bones if pose.bone.get("facewright_role") == "lips.L")
+    region = next(region for region in view[0].regions if region.type == "WINDOW")
+    place = location_3d_to_region_2d(region, view[0].spaces.active.region_3d, rig.matrix_world @ bone.head)
+    return [] if place is None else [region.x + round(place.x), region.y + round(place.y)]
 
 
 def data() -> dict[str, str | int]:
