@@ -173,10 +173,15 @@ def _pose(skin: Any, values: dict[str, float], keyed: list[str], keying: Keying 
     """Set values, then keyframes of keys; drivers' keys stay theirs. Gives a sentence about what could not be done."""
     led = keys.driven(skin)
     wanted = [name for name in keyed if name in led]
+    aimed = keys.aimed(skin)
     if wanted and len(wanted) == len(keyed):
+        if aimed.issuperset(wanted):
+            raise FacewrightError("the gaze follows its target: move that, or set Gaze Follows Target to 0")
         raise FacewrightError(f"drivers set the keys of {skin.name}: move what drives them instead")
     keys.set_values(skin, {name: value for name, value in values.items() if name not in led})
-    said = [f"drivers set {_listed(wanted)}: they stay as they are"] if wanted else []
+    others = [name for name in wanted if name not in aimed]
+    said = [f"drivers set {_listed(others)}: they stay as they are"] if others else []
+    said += ["the gaze follows its target and stays as it is"] if len(others) < len(wanted) else []
     if keying is not None:
         refused = keys.insert(skin, [name for name in keyed if name not in led], keying.frame, keying.kind)
         said += [f"no keyframe of {_listed(refused)}: their channels are locked"] if refused else []

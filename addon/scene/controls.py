@@ -11,7 +11,7 @@ from . import controls_bones, controls_carry, controls_drivers, controls_measure
 from . import controls_shapes as shapes
 from .controls_find import CONTROLS, LED, bones, led, of, our_drivers
 from .controls_layout import LINKS
-from .heads import SKIN, Head
+from .heads import KEY, SKIN, Head
 
 TITLE = "Controls"
 
@@ -89,6 +89,7 @@ def remove(head: Head) -> None:
 
 def _place(head: Head, armature: bpy.types.Object) -> controls_measure.Anatomy:
     """Bones at the joints, meshes that follow them."""
+    _house(head, armature)
     anatomy = controls_measure.measure(head)
     controls_bones.place(armature, anatomy)
     controls_mesh.bind(head, armature)
@@ -105,6 +106,16 @@ def _new_armature(head: Head, skin: bpy.types.Object) -> bpy.types.Object:
     skin[CONTROLS] = armature
     armature.show_in_front = True
     return armature
+
+
+def _house(head: Head, armature: bpy.types.Object) -> None:
+    """Keep an armature in its head's collection, which a copied head gets with a run."""
+    if head.home is None or armature in head.home.all_objects.values():
+        return
+    head.home.objects.link(armature)
+    for other in armature.users_collection:
+        if other != head.home and KEY in other:
+            other.objects.unlink(armature)
 
 
 def _let_go(skin: bpy.types.Object) -> None:

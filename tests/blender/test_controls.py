@@ -1,6 +1,8 @@
 """Controls lead the keys: the same pose, expressions and keyframes with and without them."""
 
+import time
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import bpy
@@ -8,7 +10,7 @@ import numpy as np
 import pytest
 from people import Clips, evaluated, head_of, reopened, run, select
 from test_keys import FACE, assert_near, at, blocks, keyed, pose, random_pose, values
-from tracking import module
+from tracking import Layout, module
 
 LAYOUT_KEYS = 52
 
@@ -145,8 +147,8 @@ def test_the_keying_set_keys_what_leads_the_face(face: bpy.types.Object) -> None
 def over(skin: bpy.types.Object, times: list[float]) -> list[dict[str, float]]:
     """All keys at times of the timeline."""
     found = []
-    for time in times:
-        bpy.context.scene.frame_set(int(time), subframe=time - int(time))
+    for moment in times:
+        bpy.context.scene.frame_set(int(moment), subframe=moment - int(moment))
         found.append(values(skin))
     return found
 
@@ -276,7 +278,10 @@ def test_a_gaze_target_stays_in_the_world_when_the_head_turns(face: bpy.types.Ob
     turned = values(face)
     assert ahead["eyeLookOutLeft"] < 0.01 and turned["eyeLookInLeft"] > 0.5 and turned["eyeLookOutRight"] > 0.5
     said = module("animate.actions").express(face, "happiness", 1.0, "REPLACE", None)
-    assert said.startswith("drivers set eyeLook")
+    assert said == "the gaze follows its target and stays as it is"
+    assert values(face)["mouthSmileLeft"] > 0.5 and values(face)["eyeLookInLeft"] == turned["eyeLookInLeft"]
+    with pytest.raises(RuntimeError, match="the gaze follows its target: move that, or set Gaze Follows Target to 0"):
+        FACE.reset_keys(group="Gaze")
 
 
 def turned_over(skin: bpy.types.Object, before: Any) -> int:
@@ -481,6 +486,63 @@ def test_renamed_bones_and_objects_are_known(face: bpy.types.Object, tmp_path: P
         f"My {r}" for r in module("scene.controls_find").bones(armature(face))
     }
     assert {"My head", "My neck", "My root"} == {group.name for group in face.vertex_groups}
+
+
+def test_a_copy_that_gets_a_collection_takes_its_armature_along(clips: Clips) -> None:
+    anna = run(clips.anna)
+    add(anna)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    select(anna, *anna.children)
+    bpy.ops.object.duplicate()
+    copy = bpy.context.object
+    assert run(clips.anna, head=copy.name) == copy
+    (home,) = copy.users_collection
+    assert home not in anna.users_collection
+    assert list(armature(copy).users_collection) == [home]
+    assert armature(anna).users_collection == anna.users_collection
+
+
+def test_an_expression_of_handles_takes_no_time_that_is_felt(face: bpy.types.Object) -> None:
+    started = time.perf_counter()
+    FACE.expression(name="surprise", keyframe="INSERT")
+    FACE.clear_keyframes()
+    assert time.perf_counter() - started < 0.3
+
+
+class Panel(Layout):
+    """Remembers what a panel offers."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.operators: list[str] = []
+        self.shown: list[str] = []
+
+    def operator(self, name: str, **more: Any) -> SimpleNamespace:
+        self.operators.append(name)
+        return super().operator(name, **more)
+
+    def prop(self, data: Any, name: str, **_more: Any) -> None:
+        assert data.path_resolve(name) is not None
+        self.shown.append(name)
+
+
+def test_the_panel_offers_what_can_be_done(generic_face: bpy.types.Object) -> None:
+    panel = module("controls.panel").FACEWRIGHT_PT_controls
+
+    def drawn() -> Panel:
+        layout = Panel()
+        panel.draw(SimpleNamespace(layout=layout), bpy.context)
+        return layout
+
+    assert panel.poll(bpy.context)
+    assert drawn().operators == ["facewright.add_controls"]
+    add(generic_face)
+    shown = drawn()
+    assert shown.shown == ['["follow"]', "is_visible", "is_visible", "is_visible"]
+    assert shown.operators == ["facewright.pose_controls", "facewright.add_controls", "facewright.remove_controls"]
+    assert bpy.context.mode == "POSE"
+    assert FACE.pose_controls() == {"FINISHED"} and bpy.context.mode == "OBJECT"
+    assert FACE.pose_controls() == {"FINISHED"} and bpy.context.mode == "POSE"
 
 
 def test_greyed_buttons_say_why(generic_face: bpy.types.Object) -> None:

@@ -93,7 +93,9 @@ def test_a_still_head_has_its_unkeyed_pose(face: bpy.types.Object, tmp_path: Pat
     bone(face, "head").rotation_euler[1] = 0.5
     bpy.context.view_layer.update()
     truth = {name: world(part) for name, part in head_of(face).parts.items()}
-    found = read_back(export(tmp_path / f"head{suffix}", animation=False))
+    file = export(tmp_path / f"head{suffix}", animation=False)
+    assert bone(face, "head").rotation_euler[1] == pytest.approx(0.5), "what is not keyed yet stays"
+    found = read_back(file)
     apart = {part: apart_mm(found[f"Face_{part}"][:, :3], truth[part]) for part in PARTS}
     assert max(apart.values()) < ALLOWED_MM, apart
 

@@ -53,6 +53,9 @@ class Desktop:
         """One notch of the wheel while a key is held."""
         self._hand("keydown", key, "click", "4", "keyup", key)
 
+    def turn_wheel_down(self, notches: int) -> None:
+        self._hand("click", "--repeat", str(notches), "5")
+
     def type(self, text: str) -> None:
         self._hand("type", text)
 

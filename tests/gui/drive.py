@@ -105,6 +105,7 @@ def an_expression_is_a_click_and_an_undo_step(session: Session) -> None:
 
 def a_handle_is_dragged_and_its_key_moves(session: Session) -> None:
     made = finish(session, RECONSTRUCT)
+    scroll_down(session)
     session.click_button(ADD_CONTROLS)
     session.wait("the handles can be posed", ANSWER_SECONDS, lambda s: s["mode"] == "POSE" and s["handle"])
     added = session.settled()
@@ -128,6 +129,14 @@ def a_handle_is_dragged_and_its_key_moves(session: Session) -> None:
     session.settled()
     undo(session, "ctrl+z", made)
     expect(not session.glance()["handle"], "the undone controls are still there")
+
+
+def scroll_down(session: Session) -> None:
+    """Bring the lower panels of the side bar into sight."""
+    left, top, width, height = session.rectangle("side_bar")
+    session.desktop.point(left + width // 2, top + height // 2)
+    session.desktop.turn_wheel_down(20)
+    session.glance()
 
 
 def a_second_person_is_a_second_head(session: Session) -> None:
