@@ -1,10 +1,11 @@
 """What the buttons of controls do."""
 
+from collections.abc import Callable
 from typing import Any
 
 from ..engine import FacewrightError
 from ..scene import controls, controls_find, heads
-from ..scene.controls_layout import EYES, LINKS
+from ..scene.controls_layout import AIMS, EYES, LINKS
 
 NONE = "Add Controls first"
 # The property of the gaze target that says how far the eyes follow it.
@@ -66,8 +67,23 @@ def target(made: Any) -> Any:
     return controls_find.bones(made).get(EYES)
 
 
-def select(layer: Any, made: Any, with_head: bool = False) -> bool:
-    """Make an armature active and select it, alone or with its head; false where the view layer leaves it out."""
+def groups(made: Any) -> list[Any]:
+    """The groups of bones that an artist shows and hides: not that of bones which only aim."""
+    aiming = {pose.name for role, pose in controls_find.bones(made).items() if role in AIMS.values()}
+    return [group for group in made.data.collections if {bone.name for bone in group.bones} - aiming]
+
+
+def mark(made: Any, is_wanted: Callable[[str], bool]) -> None:
+    """Select the bones of an armature whose roles are wanted, and no others."""
+    wanted = {pose.name for role, pose in controls_find.bones(made).items() if is_wanted(role)}
+    for pose in made.pose.bones:
+        # Blender 5.0 selects bones of poses, and those before the armature's.
+        holder = pose if hasattr(pose, "select") else pose.bone
+        holder.select = pose.name in wanted
+
+
+def select(layer: Any, made: Any) -> bool:
+    """Make an armature the only selected and the active object; false where the view layer leaves it out."""
     layer.update()
     if made not in layer.objects.values():
         return False
@@ -75,7 +91,5 @@ def select(layer: Any, made: Any, with_head: bool = False) -> bool:
         obj.select_set(False, view_layer=layer)
     made.hide_set(False, view_layer=layer)
     made.select_set(True, view_layer=layer)
-    if with_head and made.parent in layer.objects.values():
-        made.parent.select_set(True, view_layer=layer)
     layer.objects.active = made
     return True

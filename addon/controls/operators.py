@@ -28,9 +28,11 @@ class FACEWRIGHT_OT_add_controls(bpy.types.Operator):
         active, before = context.object, actions.armature(context.scene, context.object)
         leave_modes(context)
         made, message = actions.add(context.scene, active)
-        if before is None and not bpy.app.background and actions.select(context.view_layer, made, with_head=True):
+        if pose(context, made) and before is None and not bpy.app.background:
+            # The target would be far before the head.
+            actions.mark(made, lambda role: role != actions.EYES)
             view.present(context.window)
-        pose(context, made)
+            actions.mark(made, lambda _: False)
         return message
 
 

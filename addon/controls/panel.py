@@ -42,5 +42,5 @@ class FACEWRIGHT_PT_controls(bpy.types.Panel):
 
 def draw_groups(row: bpy.types.UILayout, made: bpy.types.Object) -> None:
     """What of the bones is shown."""
-    for group in made.data.collections:
+    for group in actions.groups(made):
         row.prop(group, "is_visible", text=group.name, toggle=True)

@@ -7,7 +7,7 @@ before and after controls are added.
 import bpy
 
 from ..engine import FacewrightError
-from . import controls_bones, controls_carry, controls_drivers, controls_measure, controls_mesh
+from . import controls_bones, controls_carry, controls_drivers, controls_limits, controls_measure, controls_mesh
 from . import controls_shapes as shapes
 from .controls_find import CONTROLS, LED, bones, led, of, our_drivers
 from .controls_layout import LINKS
@@ -53,7 +53,8 @@ def add(head: Head) -> tuple[bpy.types.Object, list[str]]:
     refused = {name: reason for name in missing if (reason := controls_carry.refusal(blocks[name]))}
     new = [name for name in missing if name not in refused]
     controls_carry.to_bones(skin, armature, new)
-    for name in new:
+    ours = led(skin)
+    for name in [name for name in LINKS if name in ours or name in new]:
         controls_drivers.drive(blocks[name], armature, bones(armature), anatomy.aims)
     armature.update_tag()
     return armature, [f"{name} {reason} and stays as it is" for name, reason in refused.items()]
@@ -66,7 +67,8 @@ def update(head: Head) -> None:
     armature = of(head.skin)
     anatomy = _place(head, armature)
     blocks = head.skin.data.shape_keys.key_blocks
-    for name in led(head.skin):
+    ours = led(head.skin)
+    for name in [name for name in LINKS if name in ours]:
         controls_drivers.drive(blocks[name], armature, bones(armature), anatomy.aims)
 
 
@@ -78,11 +80,11 @@ def remove(head: Head) -> None:
     armature = of(skin)
     if armature is not None:
         controls_carry.from_bones(head)
+    _let_go(skin)
+    controls_limits.narrow(skin, head.objects, armature)
     controls_mesh.unbind(head, armature)
     if armature is not None:
         _delete(armature)
-    _let_go(skin)
-    controls_drivers.narrow(skin, [obj for name, obj in head.parts.items() if name != SKIN])
     if CONTROLS in skin:
         del skin[CONTROLS]
 
@@ -93,7 +95,7 @@ def _place(head: Head, armature: bpy.types.Object) -> controls_measure.Anatomy:
     anatomy = controls_measure.measure(head)
     controls_bones.place(armature, anatomy)
     controls_mesh.bind(head, armature)
-    controls_drivers.widen(head.parts[SKIN], [obj for name, obj in head.parts.items() if name != SKIN])
+    controls_limits.widen(head.parts[SKIN], head.objects, armature)
     return anatomy
 
 

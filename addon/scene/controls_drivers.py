@@ -6,8 +6,6 @@ from .controls_find import FOLLOW
 from .controls_layout import AIMS, EYES, GAZE, LINKS
 from .controls_measure import Aim
 
-# How far the gaze may go beyond a key's whole value: twice is some 29 degrees sideways, 20 up and 22 down.
-FARTHEST = 2.0
 # Nearer to the eyes' plane, metres, a target is before them: they cannot look back.
 NEAREST = 0.001
 
@@ -31,23 +29,6 @@ def drive(
         _read(driver, "f", armature, f'{found[EYES].path_from_id()}["{FOLLOW}"]')
         expression = f"({expression})*(1-f)+f*{_aimed(name, side, aims)}"
     driver.expression = expression
-
-
-def widen(skin: bpy.types.Object, parts: list[bpy.types.Object]) -> None:
-    """Let the keys of the gaze go as far as the target can bring them, on the skin and on what follows it."""
-    for obj in (skin, *parts):
-        keys = obj.data.shape_keys
-        for block in [keys.key_blocks[name] for name in GAZE if keys is not None and name in keys.key_blocks]:
-            block.slider_max = max(block.slider_max, FARTHEST)
-
-
-def narrow(skin: bpy.types.Object, parts: list[bpy.types.Object]) -> None:
-    """Give the keys of the gaze their limits back, but for those that are beyond them."""
-    for obj in (skin, *parts):
-        keys = obj.data.shape_keys
-        for block in [keys.key_blocks[name] for name in GAZE if keys is not None and name in keys.key_blocks]:
-            if block.slider_max == FARTHEST:
-                block.slider_max = max(1.0, block.value)
 
 
 def _aimed(name: str, side: str, aims: dict[str, Aim]) -> str:

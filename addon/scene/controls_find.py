@@ -52,11 +52,12 @@ def led(skin: bpy.types.Object) -> set[str]:
     armature = of(skin)
     if armature is None:
         return set()
-    drivers = our_drivers(skin)
+    drivers, there = our_drivers(skin), bones(armature)
     return {
         name
         for name, curve in drivers.items()
-        if all(target.id == armature for variable in curve.driver.variables for target in variable.targets)
+        if LINKS[name].axis.role in there
+        and all(target.id == armature for variable in curve.driver.variables for target in variable.targets)
     }
 
 

@@ -53,7 +53,7 @@ class Shapes:
         if role == NECK:
             return _object("Neck", _turned(_ring(0.085), (0.0, 0.4 * length, 0.0)))
         if role == JAW:
-            return _object("Jaw", _turned(_ring(0.05, (0.0, 0.0, 0.0), 0.15, 0.85), (0.0, length, 0.0)))
+            return _object("Jaw", _turned(_ring(0.05, (0.0, -0.01, 0.0), -0.28, 0.28), (0.0, length, 0.0)))
         return _object("Root", _turned(_frame(0.0, 0.0, 0.11, 0.09), (0.0, -0.01, 0.0)))
 
 

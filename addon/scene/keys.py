@@ -99,7 +99,9 @@ def copied(skin: bpy.types.Object, to_right: bool) -> dict[str, float]:
 def set_values(skin: bpy.types.Object, values: Mapping[str, float]) -> None:
     """Set keys of a face, each within the limits of its slider; those that are not named stay."""
     blocks, ours = skin.data.shape_keys.key_blocks, led(skin)
-    within = {name: min(max(value, blocks[name].slider_min), blocks[name].slider_max) for name, value in values.items()}
+    # Only the gaze target may bring keys that handles lead beyond 1.
+    limits = {name: min(blocks[name].slider_max, 1.0) if name in ours else blocks[name].slider_max for name in values}
+    within = {name: min(max(value, blocks[name].slider_min), limits[name]) for name, value in values.items()}
     for name in within.keys() - ours:
         blocks[name].value = within[name]
     controls_pose.set_values(skin, {name: value for name, value in within.items() if name in ours})

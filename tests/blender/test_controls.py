@@ -271,6 +271,44 @@ def test_both_eyes_look_at_their_target(face: bpy.types.Object, yaw: float, pitc
         assert (across, up) == pytest.approx(wanted, abs=0.35), side
 
 
+def test_a_gaze_beyond_a_whole_key_stays_when_controls_go(face: bpy.types.Object) -> None:
+    for frame, place in ((1, (0.0, -1.0, 0.0)), (20, (0.45, -1.0, 0.0))):
+        target(face, place)
+        bone(face, "eyes").keyframe_insert("location", frame=frame)
+    at(5)
+    before = over(face, [1.0, 10.0, 20.0])
+    assert before[2]["eyeLookOutLeft"] > 1.3
+    at(5)
+    remove(face)
+    assert largest(over(face, [1.0, 10.0, 20.0]), before) < 1e-5
+    keys = face.data.shape_keys.key_blocks
+    assert keys["eyeLookUpLeft"].slider_max == 1.0 and keys["eyeLookOutLeft"].slider_max == 2.0
+
+
+def test_limits_of_keys_are_given_back(generic_face: bpy.types.Object) -> None:
+    generic_face.data.shape_keys.key_blocks["eyeLookUpLeft"].slider_max = 1.5
+    limits = {block.name: block.slider_max for block in blocks(generic_face)}
+    add(generic_face)
+    FACE.expression(name="surprise", blend="ADD")
+    FACE.expression(name="surprise", blend="ADD")
+    assert max(values(generic_face).values()) <= 1.0
+    remove(generic_face)
+    assert {block.name: block.slider_max for block in blocks(generic_face)} == limits
+
+
+def test_a_deleted_bone_comes_back_with_an_update(face: bpy.types.Object) -> None:
+    made = armature(face)
+    bpy.ops.object.mode_set(mode="EDIT")
+    made.data.edit_bones.remove(made.data.edit_bones["lips.L"])
+    bpy.ops.object.mode_set(mode="OBJECT")
+    said = module("animate.actions").express(face, "happiness", 1.0, "REPLACE", None)
+    assert said.startswith("drivers set mouth")
+    add(face)
+    assert module("scene.controls_find").led(face) == layout().LINKS.keys()
+    FACE.expression(name="happiness")
+    assert_near(values(face), pose(face, "happiness"))
+
+
 def test_a_gaze_target_stays_in_the_world_when_the_head_turns(face: bpy.types.Object) -> None:
     target(face, (0.0, -1.0, 0.0))
     ahead = values(face)
@@ -538,7 +576,7 @@ def test_the_panel_offers_what_can_be_done(generic_face: bpy.types.Object) -> No
     assert drawn().operators == ["facewright.add_controls"]
     add(generic_face)
     shown = drawn()
-    assert shown.shown == ['["follow"]', "is_visible", "is_visible", "is_visible"]
+    assert shown.shown == ['["follow"]', "is_visible", "is_visible"]
     assert shown.operators == ["facewright.pose_controls", "facewright.add_controls", "facewright.remove_controls"]
     assert bpy.context.mode == "POSE"
     assert FACE.pose_controls() == {"FINISHED"} and bpy.context.mode == "OBJECT"

@@ -17,7 +17,6 @@ from typing import Any
 
 import bpy
 import numpy as np
-from bpy_extras.view3d_utils import location_3d_to_region_2d
 from mathutils import Vector
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -155,8 +154,10 @@ def handle() -> list[int]:
         return []
     bone = next(pose for pose in rig.pose.bones if pose.bone.get("facewright_role") == "lips.L")
     region = next(region for region in view[0].regions if region.type == "WINDOW")
-    place = location_3d_to_region_2d(region, view[0].spaces.active.region_3d, rig.matrix_world @ bone.head)
-    return [] if place is None else [region.x + round(place.x), region.y + round(place.y)]
+    place = view[0].spaces.active.region_3d.perspective_matrix @ (rig.matrix_world @ bone.head).to_4d()
+    # Both ways from -1 to 1 in the view.
+    across, up = (0.5 + 0.5 * part / place.w for part in place[:2])
+    return [region.x + round(across * region.width), region.y + round(up * region.height)]
 
 
 def data() -> dict[str, str | int]:
