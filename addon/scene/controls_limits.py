@@ -10,21 +10,21 @@ from .keys import key_channel
 
 # Twice a whole key is some 29 degrees sideways, 20 up and 22 down.
 FARTHEST = 2.0
-# Of an armature: the limits that the skin's keys had, a JSON object.
+# Of an armature's data: the limits that the skin's keys had, a JSON object.
 LIMITS = "facewright_limits"
 
 
 def widen(skin: bpy.types.Object, objects: Iterable[bpy.types.Object], armature: bpy.types.Object) -> None:
     """Let the keys of the gaze go as far as the target can bring them, on the skin and on what follows it."""
-    known = json.loads(armature.get(LIMITS, "{}"))
-    armature[LIMITS] = json.dumps({block.name: block.slider_max for block in _of_gaze(skin)} | known)
+    known = json.loads(armature.data.get(LIMITS, "{}"))
+    armature.data[LIMITS] = json.dumps({block.name: block.slider_max for block in _of_gaze(skin)} | known)
     for block in (block for obj in objects for block in _of_gaze(obj)):
         block.slider_max = max(block.slider_max, FARTHEST)
 
 
 def narrow(skin: bpy.types.Object, objects: Iterable[bpy.types.Object], armature: bpy.types.Object | None) -> None:
     """Give the keys of the gaze their limits back, but for those whose value or keyframes are beyond them."""
-    known = json.loads(armature.get(LIMITS, "{}")) if armature is not None else {}
+    known = json.loads(armature.data.get(LIMITS, "{}")) if armature is not None else {}
     limits = {block.name: float(known.get(block.name, 1.0)) for block in _of_gaze(skin)}
     beyond = {block.name for block in _of_gaze(skin) if _highest(block) > limits[block.name]}
     for block in (block for obj in objects for block in _of_gaze(obj)):

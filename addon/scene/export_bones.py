@@ -57,8 +57,19 @@ def is_bound(obj: bpy.types.Object) -> bool:
     return found is not None and found.object is not None and found.show_viewport
 
 
-def build(armature: bpy.types.Object, skeleton: Skeleton, skin: Array, scale: float) -> None:
-    """Make the bones of a skeleton in an empty armature that stands where the skin stands: (frames, 4, 4)."""
+def rig(
+    scene: bpy.types.Scene, skeleton: Skeleton, skin: Array, frames: NDArray[np.int64], scale: float
+) -> bpy.types.Object:
+    """An armature that stands where the skin stands, (frames, 4, 4), with the bones of a skeleton and what they do."""
+    armature = bpy.data.objects.new("Export", bpy.data.armatures.new("Export"))
+    _build(armature, skeleton, skin, scale)
+    scene.collection.objects.link(armature)
+    _bake(armature, skeleton, skin, frames, scale)
+    return armature
+
+
+def _build(armature: bpy.types.Object, skeleton: Skeleton, skin: Array, scale: float) -> None:
+    """Make the bones of a skeleton in an empty armature."""
     rests = {name: np.linalg.inv(skin[0]) @ rest for name, rest in skeleton.rests.items()}
     with edited(armature) as made:
         for bone in skeleton.bones:
@@ -69,8 +80,8 @@ def build(armature: bpy.types.Object, skeleton: Skeleton, skin: Array, scale: fl
             new.parent = made.get(parent.name) if (parent := _parent(bone)) is not None else None
 
 
-def bake(armature: bpy.types.Object, skeleton: Skeleton, skin: Array, frames: NDArray[np.int64], scale: float) -> None:
-    """Give the bones of `build` what those of the skeleton do, against a skin that moves: (frames, 4, 4)."""
+def _bake(armature: bpy.types.Object, skeleton: Skeleton, skin: Array, frames: NDArray[np.int64], scale: float) -> None:
+    """Give the bones what those of the skeleton do, against a skin that moves."""
     inverse = np.linalg.inv(skin)
     poses = {}
     for bone in skeleton.bones:

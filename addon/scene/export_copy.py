@@ -91,8 +91,9 @@ def _made(context: bpy.types.Context, head: Head, wanted: Wanted, names: Names) 
     if skeleton is None:
         root = copy.skin if wanted.joined else _root(scene, title, names)
     else:
-        root = _rigged(scene, title, names, skeleton, tracks[SKIN].places, wanted.scale)
-        export_bones.bake(root, skeleton, tracks[SKIN].places, frames, wanted.scale)
+        root = export_bones.rig(scene, skeleton, tracks[SKIN].places, frames, wanted.scale)
+        for data in (root, root.data):
+            names.give(data, f"{title}_rig")
         for bound in [controls_mesh.modifier(obj) for obj in objects.values()]:
             if bound is not None:
                 bound.object = root
@@ -229,23 +230,6 @@ def _root(scene: bpy.types.Scene, title: str, names: Names) -> bpy.types.Object:
     names.give(root, title)
     scene.collection.objects.link(root)
     return root
-
-
-def _rigged(
-    scene: bpy.types.Scene,
-    title: str,
-    names: Names,
-    skeleton: export_bones.Skeleton,
-    skin: NDArray[np.float64],
-    scale: float,
-) -> bpy.types.Object:
-    """An armature that carries the parts, with the bones that they follow."""
-    armature = bpy.data.objects.new("Export", bpy.data.armatures.new("Export"))
-    for data in (armature, armature.data):
-        names.give(data, f"{title}_rig")
-    export_bones.build(armature, skeleton, skin, scale)
-    scene.collection.objects.link(armature)
-    return armature
 
 
 def _bake(

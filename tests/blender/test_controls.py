@@ -579,6 +579,9 @@ def test_the_panel_offers_what_can_be_done(generic_face: bpy.types.Object) -> No
     assert shown.shown == ['["follow"]', "is_visible", "is_visible"]
     assert shown.operators == ["facewright.pose_controls", "facewright.add_controls", "facewright.remove_controls"]
     assert bpy.context.mode == "POSE"
+    module("controls.actions").mark(armature(generic_face), lambda role: role in ("head", "lips.L"))
+    bpy.context.view_layer.update()
+    assert {b.name for b in bpy.context.selected_pose_bones} == {"head", "lips.L"}
     assert FACE.pose_controls() == {"FINISHED"} and bpy.context.mode == "OBJECT"
     assert FACE.pose_controls() == {"FINISHED"} and bpy.context.mode == "POSE"
 
