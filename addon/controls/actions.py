@@ -53,12 +53,15 @@ def add(scene: Any, active: Any) -> tuple[Any, str]:
     return made, "; ".join([f"{made.name} lead {count} keys: drag a handle beside the face", *left[:NAMED], *more])
 
 
-def remove(scene: Any, active: Any) -> str:
-    """Take the controls of the head away; gives the message."""
+def remove(scene: Any, layer: Any, active: Any) -> str:
+    """Take the controls of the head away, and make its skin active; gives the message."""
     if sentence := removing_complaint(scene, active):
         raise FacewrightError(sentence)
     found = head(scene, active)
     controls.remove(found)
+    layer.update()
+    if found.skin in layer.objects.values():
+        layer.objects.active = found.skin
     return f"The keys of {found.skin.name} have its pose and keyframes; neck and head are straight"
 
 

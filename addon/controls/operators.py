@@ -10,11 +10,14 @@ MODES = {"OBJECT", "POSE"}
 
 
 class FACEWRIGHT_OT_add_controls(bpy.types.Operator):
-    """Add bones for neck, head, jaw and gaze, and a panel of handles beside the face that lead its keys. Pose, keys and
-    keyframes stay. Again: bring them up to date"""
+    """Add bones and handles that lead the face"""
 
     bl_idname = "facewright.add_controls"
     bl_label = "Add Controls"
+    bl_description = (
+        "Add bones for neck, head, jaw and gaze, and a panel of handles beside the face that lead its keys. "
+        "Pose, keys and keyframes stay. Where there are controls: bring them up to date"
+    )
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
@@ -53,7 +56,7 @@ class FACEWRIGHT_OT_remove_controls(bpy.types.Operator):
     def _remove(self, context: bpy.types.Context) -> str:
         active = context.object
         leave_modes(context)
-        return actions.remove(context.scene, active)
+        return actions.remove(context.scene, context.view_layer, active)
 
 
 class FACEWRIGHT_OT_pose_controls(bpy.types.Operator):

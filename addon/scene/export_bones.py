@@ -57,15 +57,15 @@ def is_bound(obj: bpy.types.Object) -> bool:
     return found is not None and found.object is not None and found.show_viewport
 
 
-def rig(
+def armature(
     scene: bpy.types.Scene, skeleton: Skeleton, skin: Array, frames: NDArray[np.int64], scale: float
 ) -> bpy.types.Object:
     """An armature that stands where the skin stands, (frames, 4, 4), with the bones of a skeleton and what they do."""
-    armature = bpy.data.objects.new("Export", bpy.data.armatures.new("Export"))
-    _build(armature, skeleton, skin, scale)
-    scene.collection.objects.link(armature)
-    _bake(armature, skeleton, skin, frames, scale)
-    return armature
+    made = bpy.data.objects.new("Export", bpy.data.armatures.new("Export"))
+    _build(made, skeleton, skin, scale)
+    scene.collection.objects.link(made)
+    _bake(made, skeleton, skin, frames, scale)
+    return made
 
 
 def _build(armature: bpy.types.Object, skeleton: Skeleton, skin: Array, scale: float) -> None:

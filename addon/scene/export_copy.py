@@ -91,9 +91,9 @@ def _made(context: bpy.types.Context, head: Head, wanted: Wanted, names: Names) 
     if skeleton is None:
         root = copy.skin if wanted.joined else _root(scene, title, names)
     else:
-        root = export_bones.rig(scene, skeleton, tracks[SKIN].places, frames, wanted.scale)
+        root = export_bones.armature(scene, skeleton, tracks[SKIN].places, frames, wanted.scale)
         for data in (root, root.data):
-            names.give(data, f"{title}_rig")
+            names.give(data, f"{title}_armature")
         for bound in [controls_mesh.modifier(obj) for obj in objects.values()]:
             if bound is not None:
                 bound.object = root
@@ -135,9 +135,9 @@ def _duplicate(scene: bpy.types.Scene, obj: bpy.types.Object) -> bpy.types.Objec
     return copy
 
 
-def _leave_out(obj: bpy.types.Object, is_rigged: bool) -> list[str]:
+def _leave_out(obj: bpy.types.Object, has_bones: bool) -> list[str]:
     """Take the modifiers of a copy away, but for what lets it follow bones; gives the names of those that showed."""
-    kept = controls_mesh.modifier(obj) if is_rigged and export_bones.is_bound(obj) else None
+    kept = controls_mesh.modifier(obj) if has_bones and export_bones.is_bound(obj) else None
     rest = [modifier for modifier in obj.modifiers if modifier != kept]
     shown = [modifier.name for modifier in rest if modifier.show_viewport]
     for modifier in rest:

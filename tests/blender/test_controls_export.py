@@ -9,10 +9,11 @@ from typing import Any
 import bpy
 import numpy as np
 import pytest
+from conftest import ROOT
+from controlled import add, armature, bone
 from exported import FRAMES, READERS, animate, apart_mm, everything, paths, read_back, world
 from people import PARTS, head_of
-from test_controls import add, armature, bone
-from test_export import THREE
+from test_export import THREE, VALIDATOR
 from test_export import _upright as upright
 from tracking import module
 
@@ -86,6 +87,15 @@ def test_three_js_moves_a_head_with_bones_as_the_scene_does(
         assert apart_mm(np.concatenate(list(shown.values())), np.concatenate(list(truth.values()))) < ALLOWED_MM
     else:
         assert max(apart_mm(shown[f"Face_{part}"], truth[part]) for part in PARTS) < ALLOWED_MM
+
+
+def test_khronos_validator_has_nothing_against_a_head_with_bones(face: bpy.types.Object, tmp_path: Path) -> None:
+    if shutil.which("node") is None or not VALIDATOR.is_dir():
+        pytest.skip("the glTF validator needs node, and what `cargo x test` downloads first")
+    file = export(tmp_path / "head.glb")
+    script = ROOT / "rust/xtask/node/validate.mjs"
+    said = subprocess.run(["node", script, VALIDATOR, file], capture_output=True, text=True, check=False)
+    assert said.returncode == 0 and "1 passed, 0 failed" in said.stdout, said.stdout + said.stderr
 
 
 @pytest.mark.parametrize("suffix", READERS)
