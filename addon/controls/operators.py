@@ -2,7 +2,8 @@
 
 import bpy
 
-from ..modal import Result, idle, leave_modes, reported
+from ..modal import Result, leave_modes, reported
+from ..running import idle
 from ..scene import view
 from . import actions
 
