@@ -2,6 +2,8 @@
 
 import bpy
 
+from ..paths import RELATIVE
+
 
 class FacewrightRigFolder(bpy.types.PropertyGroup):
     """A camera of a rig, and the pictures of the board that it took."""
@@ -12,6 +14,7 @@ class FacewrightRigFolder(bpy.types.PropertyGroup):
         description="Folder of the camera's pictures of the board. Pictures of one moment have the same number at "
         "the end of their names in all folders, or the same position in the order",
         subtype="DIR_PATH",
+        options={"ANIMATABLE"} | RELATIVE,
     )
 
 
