@@ -4,10 +4,13 @@ from typing import Any
 
 import bpy
 
+from .reconstruct.actions import TEXTURE_SIZES
 from .scene import heads
 
 # Settings of the clip that are the person's now.
 OF_PERSON = ("use_interocular", "interocular_mm")
+# What is the preferences' now unless it is chosen.
+TEXTURE = "texture_size"
 
 
 def register() -> None:
@@ -33,6 +36,7 @@ def take_over() -> None:
         if scene.library is None:
             _take_person(scene)
             _take_clip(scene)
+            _take_texture(scene)
 
 
 def _take_person(scene: bpy.types.Scene) -> None:
@@ -49,6 +53,15 @@ def _take_clip(scene: bpy.types.Scene) -> None:
     for head in [head for head in heads.heads(scene) if path and not head.key and head.is_local]:
         if head.skin is not None and head.clip is None:
             head.skin[heads.CLIP] = path
+
+
+def _take_texture(scene: bpy.types.Scene) -> None:
+    """The size of a texture was saved as the number of the choice."""
+    settings = scene.facewright_clip
+    saved = _saved(settings)
+    if TEXTURE in saved:
+        settings.texture_px = TEXTURE_SIZES[saved[TEXTURE]]
+        del saved[TEXTURE]
 
 
 def _saved(group: bpy.types.PropertyGroup) -> Any:

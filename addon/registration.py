@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import cli, older_files, running
+from . import cli, older_files, preferences, running
 from .animate.keying_set import FacewrightFace
 from .animate.operators import (
     FACEWRIGHT_OT_clear_keyframes,
@@ -52,6 +52,9 @@ from .heads.operators import (
 )
 from .heads.panel import FACEWRIGHT_PT_heads, FACEWRIGHT_UL_heads
 from .heads.properties import FacewrightHeads, title
+from .help import links
+from .help.operators import FACEWRIGHT_OT_manual, FACEWRIGHT_OT_open_report
+from .help.panel import FACEWRIGHT_PT_first_steps, FACEWRIGHT_PT_help
 from .motion.operators import (
     FACEWRIGHT_OT_length_from_selection,
     FACEWRIGHT_OT_look_through,
@@ -64,6 +67,7 @@ from .motion.panel import FACEWRIGHT_PT_clip_motion, FACEWRIGHT_PT_motion
 from .motion.panel import draw_clip_menu as draw_motion_menu
 from .motion.properties import FacewrightMotion
 from .person.properties import FacewrightPerson
+from .preferences import FacewrightPreferences
 from .reconstruct.operators import FACEWRIGHT_OT_reconstruct
 from .reconstruct.panel import (
     FACEWRIGHT_PT_advanced,
@@ -114,6 +118,7 @@ CLASSES: tuple[type, ...] = (
     FACEWRIGHT_OT_duplicate_head,
     FACEWRIGHT_OT_remove_head,
     FACEWRIGHT_OT_mark_head,
+    FacewrightPreferences,
     FACEWRIGHT_OT_calibrate,
     FACEWRIGHT_OT_open_camera,
     FACEWRIGHT_OT_forget_camera,
@@ -152,6 +157,8 @@ CLASSES: tuple[type, ...] = (
     FACEWRIGHT_OT_remove_motion,
     FACEWRIGHT_OT_look_through,
     FACEWRIGHT_OT_length_from_selection,
+    FACEWRIGHT_OT_manual,
+    FACEWRIGHT_OT_open_report,
     FACEWRIGHT_UL_board_pictures,
     FACEWRIGHT_PT_camera,
     FACEWRIGHT_PT_board,
@@ -173,6 +180,8 @@ CLASSES: tuple[type, ...] = (
     FACEWRIGHT_PT_tracks,
     FACEWRIGHT_PT_motion,
     FACEWRIGHT_PT_clip_motion,
+    FACEWRIGHT_PT_first_steps,
+    FACEWRIGHT_PT_help,
 )
 
 
@@ -193,6 +202,8 @@ def register() -> None:
     bpy.types.CLIP_MT_clip.append(draw_clip_menu)
     bpy.types.CLIP_MT_clip.append(draw_track_menu)
     bpy.types.CLIP_MT_clip.append(draw_motion_menu)
+    preferences.register()
+    links.register()
     following.register()
     older_files.register()
     running.register()
@@ -204,6 +215,7 @@ def unregister() -> None:
     running.unregister()
     older_files.unregister()
     following.unregister()
+    links.unregister()
     bpy.types.CLIP_MT_clip.remove(draw_motion_menu)
     bpy.types.CLIP_MT_clip.remove(draw_track_menu)
     bpy.types.CLIP_MT_clip.remove(draw_clip_menu)

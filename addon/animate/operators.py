@@ -74,7 +74,9 @@ class FACEWRIGHT_OT_expression(OnFace, Keyed, Blended, bpy.types.Operator):
     bl_idname = "facewright.expression"
     bl_label = "Expression"
 
-    name: bpy.props.StringProperty(name="Expression", default=actions.NEUTRAL)
+    name: bpy.props.StringProperty(
+        name="Expression", description="Name of the expression, such as happiness", default=actions.NEUTRAL
+    )
 
     def work(self, scene: bpy.types.Scene, skin: bpy.types.Object) -> str:
         keying = actions.keying(scene, skin, self.keyframe)

@@ -5,6 +5,7 @@ import bpy
 from ..engine import FacewrightError
 from ..jobs import Work
 from ..modal import OpenOperator, Result, SaveDrawingOperator, SaveOperator, WorkOperator, in_object_mode, saved_as
+from ..paths import RELATIVE
 from ..running import idle
 from ..scene import boards as scene_boards
 from ..scene import camera as scene_camera
@@ -19,9 +20,9 @@ class FACEWRIGHT_OT_calibrate(WorkOperator, bpy.types.Operator):
     bl_label = "Calibrate"
     bl_options = {"UNDO"}
 
-    directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE", "HIDDEN"})
+    directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE", "HIDDEN"} | RELATIVE)
     files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"SKIP_SAVE", "HIDDEN"})
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE", "HIDDEN"})
+    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE", "HIDDEN"} | RELATIVE)
     clip: bpy.props.StringProperty(
         name="Movie Clip", description="A movie clip in this file that shows the board", options={"SKIP_SAVE", "HIDDEN"}
     )
@@ -88,6 +89,13 @@ class FACEWRIGHT_OT_forget_camera(bpy.types.Operator):
     bl_idname = "facewright.forget_camera"
     bl_label = "Forget Camera"
     bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if not context.scene.facewright_camera.text:
+            cls.poll_message_set("The scene has no camera to forget")
+            return False
+        return True
 
     def execute(self, context: bpy.types.Context) -> Result:
         context.scene.facewright_camera.text = ""

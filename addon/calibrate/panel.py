@@ -17,10 +17,10 @@ from .operators import (
     FACEWRIGHT_OT_show_boards,
 )
 
-# Part of the width that names take: of numbers, and of pictures, which have three numbers.
-NAMES, PICTURES = 0.42, 0.44
+# Part of the width that names take: of numbers, and of pictures, which have two numbers.
+NAMES, PICTURES = 0.42, 0.5
 # Of a longer name the end is shown: there frames of a clip differ.
-LONG = 7
+LONG = 9
 
 
 class Side:
@@ -49,12 +49,11 @@ class FACEWRIGHT_PT_camera(Side, bpy.types.Panel):
             draw_progress(layout)
             return
         column = layout.column(align=True)
-        row = column.row(align=True)
-        row.operator(FACEWRIGHT_OT_calibrate.bl_idname, text="Photos…", icon="IMAGE_DATA")
-        clip = row.operator(FACEWRIGHT_OT_calibrate.bl_idname, text="Clip…", icon="FILE_MOVIE")
+        column.operator(FACEWRIGHT_OT_calibrate.bl_idname, text="Calibrate from Photos…", icon="IMAGE_DATA")
+        clip = column.operator(FACEWRIGHT_OT_calibrate.bl_idname, text="Calibrate from Clip…", icon="FILE_MOVIE")
         clip.filter_image, clip.filter_movie = False, True
         draw_said(column, context, FACEWRIGHT_OT_calibrate)
-        row = column.row(align=True)
+        row = layout.row(align=True)
         row.operator(FACEWRIGHT_OT_open_camera.bl_idname, text="Open…")
         row.operator(FACEWRIGHT_OT_save_camera.bl_idname, text="Save…")
         if settings.text:
@@ -100,7 +99,7 @@ class FACEWRIGHT_UL_board_pictures(bpy.types.UIList):
         name = name.row()
         name.active = item.used
         name.label(text=item.name if len(item.name) <= LONG else f"…{item.name[-LONG + 1 :]}")
-        draw_cells(split, [pixels(v) if item.used else "" for v in (item.rms, item.worst, item.hold_out)])
+        draw_cells(split, [pixels(v) if item.used else "" for v in (item.rms, item.worst)])
 
 
 class FACEWRIGHT_PT_pictures(Child, bpy.types.Panel):
@@ -124,16 +123,14 @@ class FACEWRIGHT_PT_pictures(Child, bpy.types.Panel):
         head = column.row()
         split = head.split(factor=PICTURES)
         split.label(text="Error (px)")
-        draw_cells(split, ["RMS", "Worst", "Held"])
+        draw_cells(split, ["RMS", "Worst"])
         # Above the list's scroll bar.
         head.label(icon="BLANK1")
         column.template_list(
             FACEWRIGHT_UL_board_pictures.__name__, "", settings, "pictures", settings, "active", rows=5
         )
         if settings.active < len(settings.pictures):
-            active = settings.pictures[settings.active]
-            text = f"{active.name}: {active.reason}" if active.reason else active.name
-            draw_text(layout, context, text, icon="ERROR" if active.bad else "INFO" if active.reason else "NONE")
+            draw_picture(layout.column(align=True), context, settings.pictures[settings.active])
         layout.operator(FACEWRIGHT_OT_save_calibration_picture.bl_idname, text="Save Picture…")
 
 
@@ -165,6 +162,19 @@ class FACEWRIGHT_PT_lens(Child, bpy.types.Panel):
         layout.prop(settings, "tangential")
         layout.prop(settings, "square_pixels")
         layout.prop(settings, "bend")
+
+
+def draw_picture(layout: bpy.types.UILayout, context: bpy.types.Context, row: bpy.types.PropertyGroup) -> None:
+    """All that is known of a picture: the table has no room for it."""
+    draw_text(layout, context, row.name)
+    if row.used:
+        for name, value in (("RMS", row.rms), ("Worst corner", row.worst), ("Held out", row.hold_out)):
+            split = layout.split(factor=NAMES)
+            split.label(text=name)
+            split.label(text=f"{pixels(value)} px")
+    if row.reason:
+        sentence = row.reason[:1].upper() + row.reason[1:]
+        draw_text(layout, context, sentence, icon="ERROR" if row.bad else "INFO")
 
 
 def draw_cells(layout: bpy.types.UILayout, texts: list[str]) -> None:

@@ -70,6 +70,7 @@ __all__ = [
     "save_calibration_picture",
     "solve_motion",
     "track",
+    "use_assets",
     "video_size",
 ]
 
@@ -91,9 +92,19 @@ class Progress(NamedTuple):
     sketch: NDArray[np.float32] | None = None
 
 
+# The folder of assets that the user prefers; empty: the extension's own.
+_preferred = ""
+
+
+def use_assets(folder: str) -> None:
+    """Take the generic head and the landmark nets from a folder; empty: from the extension's own."""
+    global _preferred
+    _preferred = folder
+
+
 def assets_folder() -> str:
-    """Folder of the generic head and the landmark nets: the extension's own, or the one FACEWRIGHT_ASSETS names."""
-    return os.environ.get("FACEWRIGHT_ASSETS") or str(Path(__file__).parent.parent / "assets")
+    """Folder of the generic head and the nets: what FACEWRIGHT_ASSETS names, the preferred, or the extension's own."""
+    return os.environ.get("FACEWRIGHT_ASSETS") or _preferred or str(Path(__file__).parent.parent / "assets")
 
 
 @lru_cache(maxsize=1)

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from .. import preferred
 from ..engine import (
     FacewrightError,
     Method,
@@ -15,11 +16,14 @@ from ..engine import (
     reconstruct,
 )
 from ..engine.report import parse as parse_report
+from ..engine.report import summary as report_summary
 from ..jobs import Work, watch
 from ..scene import controls, face_tracks, heads, motion_rig, portrait, track_reading, video, view
 from ..scene import head as scene_head
 from ..scene.heads import NEW, Head
 
+# Choices of the texture's width and height, pixels.
+TEXTURE_SIZES = (1024, 2048, 4096)
 NO_MARKERS = "no movie clip of this file has the face's tracks: track the face in the Clip editor"
 
 
@@ -156,7 +160,7 @@ def next_step(is_new: bool) -> list[str]:
 
 def makes_new(scene: Any, clip: str, wanted: str) -> bool:
     """Whether a run on a clip makes a new head, and updates none."""
-    return _chosen(_local(scene), clip, wanted) is None
+    return heads.to_update(_local(scene), clip, wanted) is None
 
 
 def choices(scene: Any) -> list[tuple[str, str, str]]:
@@ -175,6 +179,16 @@ def chosen(scene: Any) -> int:
 def choose(scene: Any, number: int) -> None:
     """Let the next run make the choice of a number."""
     scene.facewright_clip.wanted = heads.own_key(scene, _local(scene)[number - 1]) if number else NEW
+
+
+def texture_choice(settings: Any) -> int:
+    """The number of the size of a scene's texture: what was chosen there, or what the user prefers."""
+    return TEXTURE_SIZES.index(settings.texture_px or preferred.texture_px)
+
+
+def choose_texture(settings: Any, number: int) -> None:
+    """Let a scene have a size of its own."""
+    settings.texture_px = TEXTURE_SIZES[number]
 
 
 def meet_clip(scene: Any, path: str) -> None:
@@ -262,15 +276,7 @@ def markers(path: str) -> Tracks:
 
 def report_lines(text: str) -> list[str]:
     """A report in a few lines for the panel."""
-    report = parse_report(text)
-    used = [frame for frame in report.frames if frame.used]
-    if not report.frames:
-        return []
-    return [
-        f"{len(used)} of {len(report.frames)} frames, {report.points} points",
-        *(f"{count} × {reason}" for count, reason in report.left_out),
-        f"Fit {report.fit.points_median_mm:.2f} mm, texture {100 * report.texture.seen:.0f} % seen",
-    ]
+    return report_summary(parse_report(text))
 
 
 def quality(text: str) -> tuple[str, str] | None:

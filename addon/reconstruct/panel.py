@@ -2,6 +2,7 @@
 
 import bpy
 
+from ..help.operators import FACEWRIGHT_OT_open_report
 from ..modal import draw_pupils
 from ..running import Running, draw_progress, draw_said, draw_text
 from . import actions
@@ -91,11 +92,12 @@ class FACEWRIGHT_PT_report(Side, bpy.types.Panel):
             self.layout.label(text=quality[0], icon=quality[1])
         column = self.layout.column(align=True)
         for line in actions.report_lines(text):
-            column.label(text=line)
+            draw_text(column, context, line)
         for said in actions.shown_kept(context.scene, context.object):
             draw_text(self.layout, context, said[:1].upper() + said[1:], icon="INFO")
         for warning in actions.warnings(text):
             draw_text(self.layout, context, warning[:1].upper() + warning[1:], icon="ERROR")
+        self.layout.operator(FACEWRIGHT_OT_open_report.bl_idname, icon="TEXT")
 
 
 def draw_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:

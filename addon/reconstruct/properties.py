@@ -4,6 +4,7 @@ from typing import Any
 
 import bpy
 
+from ..paths import RELATIVE
 from . import actions
 
 # Blender keeps no text of a choice that Python has forgotten.
@@ -23,6 +24,7 @@ class FacewrightClip(bpy.types.PropertyGroup):
         name="Clip",
         description="A video, a folder of frames, or the first image of a sequence",
         subtype="FILE_PATH",
+        options={"ANIMATABLE"} | RELATIVE,
         update=lambda self, _context: actions.meet_clip(self.id_data, bpy.path.abspath(self.path)),
     )
     # How many frames the clip has, counted when it is chosen: 0 where none can be read, -1 in files of older versions.
@@ -51,9 +53,14 @@ class FacewrightClip(bpy.types.PropertyGroup):
     )
     texture_size: bpy.props.EnumProperty(
         name="Texture",
-        items=[(str(n), f"{n} px", f"Texture of {n} × {n} pixels") for n in (1024, 2048, 4096)],
-        default="2048",
+        description="Width and height of the skin's texture, pixels; unless chosen here, that of the preferences",
+        items=[(str(n), f"{n} px", f"Texture of {n} × {n} pixels") for n in actions.TEXTURE_SIZES],
+        get=lambda self: actions.texture_choice(self),
+        set=lambda self, number: actions.choose_texture(self, number),
+        options=set(),
     )
+    # That size where it was chosen, else 0.
+    texture_px: bpy.props.IntProperty(default=0, options={"HIDDEN"})
     use_face: bpy.props.BoolProperty(
         name="Choose the Face",
         description="Of several faces, follow the one nearest to a pixel instead of the largest one that turns",
@@ -74,4 +81,5 @@ class FacewrightClip(bpy.types.PropertyGroup):
         name="Result Folder",
         description="Also write head.glb, texture.png, eyes.png and report.json here",
         subtype="DIR_PATH",
+        options={"ANIMATABLE"} | RELATIVE,
     )

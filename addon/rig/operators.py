@@ -6,6 +6,7 @@ from ..calibrate.actions import BoardSettings, LensSettings, set_camera
 from ..engine import Rig
 from ..jobs import Work
 from ..modal import OpenOperator, Result, SaveOperator, WorkOperator, reported, saved_as
+from ..paths import RELATIVE
 from ..running import idle
 from . import actions
 
@@ -17,7 +18,7 @@ class FACEWRIGHT_OT_add_rig_folder(bpy.types.Operator):
     bl_label = "Add Camera"
     bl_options = {"REGISTER", "UNDO"}
 
-    directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE", "HIDDEN"})
+    directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE", "HIDDEN"} | RELATIVE)
     filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN", "SKIP_SAVE"})
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> Result:
@@ -39,6 +40,13 @@ class FACEWRIGHT_OT_remove_rig_folder(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     index: bpy.props.IntProperty(name="Camera", description="Its position in the list", min=0, options={"SKIP_SAVE"})
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if not context.scene.facewright_rig.folders:
+            cls.poll_message_set("The list has no cameras")
+            return False
+        return True
 
     def execute(self, context: bpy.types.Context) -> Result:
         folders = context.scene.facewright_rig.folders
@@ -104,6 +112,13 @@ class FACEWRIGHT_OT_forget_rig(bpy.types.Operator):
     bl_idname = "facewright.forget_rig"
     bl_label = "Forget Rig"
     bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if not context.scene.facewright_rig.text:
+            cls.poll_message_set("The scene has no rig to forget")
+            return False
+        return True
 
     def execute(self, context: bpy.types.Context) -> Result:
         actions.forget(context.scene)

@@ -11,6 +11,11 @@ from .operators import (
     FACEWRIGHT_OT_track,
 )
 
+NO_CLIP = (
+    "Open the film of a face: Track Face then follows it with markers to look at and correct, "
+    "and Solve Motion gives the camera's motion"
+)
+
 
 class Side:
     bl_space_type = "CLIP_EDITOR"
@@ -19,16 +24,24 @@ class Side:
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        space = context.space_data
-        return space.mode == "TRACKING" and space.view == "CLIP" and space.clip is not None
+        return is_tracking(context.space_data) and context.space_data.clip is not None
 
 
 class FACEWRIGHT_PT_track(Side, bpy.types.Panel):
     bl_label = "Track"
     bl_order = 0
 
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        # Without a clip too: the tab says what it is for.
+        return is_tracking(context.space_data)
+
     def draw(self, context: bpy.types.Context) -> None:
         layout, settings = self.layout, context.scene.facewright_track
+        if context.space_data.clip is None:
+            draw_text(layout, context, NO_CLIP)
+            layout.operator("clip.open", text="Open…", icon="FILE_FOLDER")
+            return
         layout.row().prop(settings, "span", expand=True)
         if settings.span == "CUSTOM":
             row = layout.row(align=True)
@@ -75,6 +88,11 @@ class FACEWRIGHT_PT_tracks(Side, bpy.types.Panel):
         row.operator(FACEWRIGHT_OT_open_tracks.bl_idname, text="Open…")
         row.operator(FACEWRIGHT_OT_save_tracks.bl_idname, text="Save…")
         row.operator(FACEWRIGHT_OT_remove_tracks.bl_idname, text="", icon="X")
+
+
+def is_tracking(space: bpy.types.SpaceClipEditor) -> bool:
+    """Whether the editor shows a clip's tracks, or would if it had a clip."""
+    return space.mode == "TRACKING" and space.view == "CLIP"
 
 
 def draw_clip_menu(self: bpy.types.Menu, context: bpy.types.Context) -> None:

@@ -45,6 +45,16 @@ def test_a_file_that_is_open_when_the_extension_comes_is_taken_over_too() -> Non
     assert bpy.context.scene.facewright_person.use_interocular
 
 
+def test_a_chosen_texture_stays_chosen(tmp_path: Path) -> None:
+    raw(bpy.context.scene.facewright_clip)["texture_size"] = 2
+    scene = reopened(tmp_path / "old.blend")
+    assert (scene.facewright_clip.texture_size, scene.facewright_clip.texture_px) == ("4096", 4096)
+    assert "texture_size" not in raw(scene.facewright_clip), "it is taken over once"
+    scene.facewright_clip.texture_size = "1024"
+    scene = reopened(tmp_path / "new.blend")
+    assert scene.facewright_clip.texture_size == "1024", "what was set since then stays"
+
+
 def test_a_motion_takes_the_measured_eye_distance_of_the_person() -> None:
     actions = importlib.import_module(f"{PACKAGE}.motion.actions")
     person = bpy.context.scene.facewright_person

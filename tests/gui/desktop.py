@@ -54,7 +54,7 @@ class Desktop:
         self._hand("keydown", key, "click", "4", "keyup", key)
 
     def turn_wheel_down(self, notches: int) -> None:
-        self._hand("click", "--repeat", str(notches), "5")
+        self._hand("click", "--repeat", str(notches), "--delay", "50", "5")
 
     def type(self, text: str) -> None:
         self._hand("type", text)

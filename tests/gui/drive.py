@@ -17,6 +17,7 @@ RECONSTRUCT = "bpy.ops.facewright.reconstruct()"
 TRACK = "bpy.ops.facewright.track()"
 SOLVE = "bpy.ops.facewright.motion()"
 LOOK_THROUGH = "bpy.ops.facewright.look_through()"
+CALIBRATE = "bpy.ops.facewright.calibrate()"
 CLIP_FIELD = 'bpy.data.scenes["Scene"].facewright_clip.path'
 ADD_CONTROLS = "bpy.ops.facewright.add_controls()"
 # How far a handle is dragged, pixels.
@@ -27,6 +28,8 @@ RUN_SECONDS = 600
 # Basis, the ARKit keys, the visemes.
 KEYS = 1 + 52 + 15
 MIN_TRACKS = 60
+# As far as the panels go that are above the table.
+NOTCHES = 6
 OWN_CAMERA = "Own Camera"
 SUFFIXES = ("", " eye_left", " eye_right", " teeth_upper", " teeth_lower", " tongue", " lashes")
 PARTS, SECOND_PARTS = ({f"object {face}{suffix}" for suffix in SUFFIXES} for face in ("Face", "Face.001"))
@@ -330,6 +333,15 @@ def look_through(session: Session, before: State) -> None:
     session.picture("motion-through")
 
 
+def the_table_of_the_calibration_is_read_at_the_side_bars_usual_width(session: Session) -> None:
+    """Every number of every row, whole: to be looked at in the picture."""
+    session.settled()
+    session.point_at_button(CALIBRATE)
+    session.desktop.turn_wheel_down(NOTCHES)
+    session.glance()
+    session.picture_of_editor("calibration-table")
+
+
 def blender_closes_while_the_job_runs(session: Session) -> None:
     start(session, RECONSTRUCT)
     session.desktop.press("ctrl+q")
@@ -374,6 +386,9 @@ TESTS: dict[str, list[Test]] = {
         edit_mode_entered_meanwhile_mixes_nothing,
         a_drag_is_not_disturbed,
         blender_closes_while_the_job_runs,
+    ],
+    "VIEW_3D OPEN": [
+        the_table_of_the_calibration_is_read_at_the_side_bars_usual_width,
     ],
     "CLIP_EDITOR": [
         esc_while_it_tracks_changes_nothing,

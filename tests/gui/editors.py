@@ -1,15 +1,19 @@
 """Runs inside the window's Blender: makes the window's main area the editors that the test is about."""
 
 import os
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from math import radians
 from pathlib import Path
+from typing import Any
 
 import bpy
 from mathutils import Euler
 
+# This word among the editors: all panels are open, as an artist may have left them.
+OPEN = "OPEN"
+WORDS = os.environ["FACEWRIGHT_GUI_EDITORS"].split()
 # The test is about the first; another one is shown beside it.
-EDITOR, *BESIDE = os.environ["FACEWRIGHT_GUI_EDITORS"].split()
+EDITOR, *BESIDE = (word for word in WORDS if word != OPEN)
 # Blender lets the tab of a side bar be chosen only once the side bar has been drawn.
 DRAWING_SECONDS = 0.5
 # The face looks into the camera there.
@@ -50,6 +54,16 @@ def prepare_editor(clip: Path) -> Generator[float, None, None]:
         look_at_the_frame()
     else:
         look_at_the_head(area)
+
+
+def open_panels(classes: Iterable[type]) -> None:
+    """Let the panels among some classes be open when they are drawn first: Blender has no other way but the mouse."""
+    panels: list[Any] = [cls for cls in classes if issubclass(cls, bpy.types.Panel)]
+    for cls in reversed(panels):
+        bpy.utils.unregister_class(cls)
+    for cls in panels:
+        cls.bl_options = set(getattr(cls, "bl_options", ())) - {"DEFAULT_CLOSED"}
+        bpy.utils.register_class(cls)
 
 
 def split(area: bpy.types.Area, other: str) -> bpy.types.Area:

@@ -20,7 +20,7 @@ import numpy as np
 from mathutils import Vector
 
 sys.path.insert(0, str(Path(__file__).parent))
-from editors import areas, place, prepare_editor, window
+from editors import OPEN, WORDS, areas, open_panels, place, prepare_editor, window
 
 PACKAGE = "bl_ext.user_default.facewright"
 ZIP, CLIP, STATE = (Path(os.environ[f"FACEWRIGHT_GUI_{name}"]) for name in ("ZIP", "CLIP", "STATE"))
@@ -51,6 +51,8 @@ def question() -> int:
 def prepare_scene() -> None:
     """The start-up cube alone, hidden; the extension from its zip; the camera from its boards; the clip."""
     bpy.ops.extensions.package_install_files(filepath=str(ZIP), repo="user_default", enable_on_install=True)
+    if OPEN in WORDS:
+        open_panels(importlib.import_module(f"{PACKAGE}.registration").CLASSES)
     for name in ("Camera", "Light"):
         bpy.data.objects.remove(bpy.data.objects[name])
     bpy.data.objects["Cube"].hide_set(True)

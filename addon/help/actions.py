@@ -1,0 +1,108 @@
+"""What *Manual* and *Open Report* open, and what a beginner reads."""
+
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from ..engine.report import document
+from ..scene import head as scene_head
+from ..scene import heads
+
+MANUAL = Path(__file__).parent.parent / "manual"
+INDEX = "index.html"
+# What is kept on a text that shows a report: the key of its head.
+OWNER = "facewright_report_of"
+
+# The manual's page about each feature, by how its operators, and its groups of settings, are called.
+PAGES = {
+    "reconstruct": (("reconstruct",), ("clip", "person")),
+    "calibrate": (("calibrate", "*camera", "*board*", "*rig*"), ("camera", "board", "rig")),
+    "expressions": (("expression", "*key*"), ("keys",)),
+    "track": (("*track*",), ("track",)),
+    "motion": (("*motion*", "look_through", "length_from_selection"), ("motion",)),
+    "export": (("export",), ()),
+    "report": (("open_report",), ()),
+}
+# How Blender calls operators, groups of settings, and what a scene has of them, in small letters.
+OPERATOR, GROUP, ANY = "bpy.ops.facewright.", "bpy.types.facewright", "bpy.types.*.facewright*"
+
+
+def manual(page: str = "") -> Path | None:
+    """The file of a page, or the manual's first one where it has no such page; None in a zip without a manual."""
+    return next((file for file in (MANUAL / f"{page}.html", MANUAL / INDEX) if file.is_file()), None)
+
+
+def links() -> tuple[str, tuple[tuple[str, str], ...]]:
+    """Where Blender's *Online Manual* (F1) finds our pages: a beginning, and endings by names; none without any."""
+    if manual() is None:
+        return "", ()
+    patterns = [(pattern, _name(page)) for page in PAGES for pattern in _patterns(page)]
+    others = [(f"{OPERATOR}*", INDEX), (f"{GROUP}*", INDEX), (ANY, INDEX)]
+    return f"{MANUAL.as_uri()}/", (*patterns, *others)
+
+
+def _patterns(page: str) -> list[str]:
+    operators, groups = PAGES[page]
+    return [*(f"{OPERATOR}{word}*" for word in operators), *(f"{GROUP}{word}*" for word in groups)]
+
+
+def _name(page: str) -> str:
+    file = manual(page)
+    return file.name if file is not None else INDEX
+
+
+def has_report(scene: Any, active: Any) -> bool:
+    """Whether there is a head whose report is known."""
+    return _reported(scene, active) is not None
+
+
+def write_report(scene: Any, active: Any) -> Any:
+    """The report of the active object's head, or of the last one made, as a text of the file; None without one."""
+    head = _reported(scene, active)
+    if head is None:
+        return None
+    key = heads.key_of(head.skin)
+    text = next((t for t in bpy.data.texts if t.get(OWNER) == key and t.library is None), None)
+    if text is None:
+        text = bpy.data.texts.new(f"{head.name} Report")
+        text[OWNER] = key
+    text.clear()
+    text.write(document(head.skin[scene_head.REPORT], head.name))
+    text.cursor_set(0)
+    return text
+
+
+def _reported(scene: Any, active: Any) -> Any:
+    shown = heads.current(scene, active, scene.facewright_clip.wanted)
+    if shown is None or shown[0].skin is None or scene_head.REPORT not in shown[0].skin:
+        return None
+    return shown[0]
+
+
+def show_text(window: Any, text: Any) -> None:
+    """Show a text in a Text editor of a window, or in a new window of its own."""
+    area = next((area for area in window.screen.areas if area.type == "TEXT_EDITOR"), None)
+    if area is None:
+        before = set(bpy.context.window_manager.windows)
+        bpy.ops.wm.window_new()
+        (fresh,) = set(bpy.context.window_manager.windows) - before
+        area = fresh.screen.areas[0]
+        area.type = "TEXT_EDITOR"
+    space = area.spaces.active
+    space.text, space.show_word_wrap, space.show_line_numbers = text, True, False
+
+
+def next_step(scene: Any) -> tuple[str, ...]:
+    """What a beginner does next, in sentences; none once there is a head."""
+    if heads.heads(scene):
+        return ()
+    if not scene.facewright_clip.path:
+        return (
+            "Film a face that turns slowly to both sides: evenly lit, mouth closed, eyes open, the camera on a support",
+            "Then choose the film, or a folder of its frames, above",
+        )
+    return (
+        "Reconstruct Face makes a textured head of this clip, in true size if the camera is calibrated",
+        "Expressions, Export and the report come with it. Esc stops the work and changes nothing",
+    )

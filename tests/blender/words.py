@@ -1,0 +1,90 @@
+"""All words of the extension that an artist reads: of its classes, and of what its panels draw."""
+
+import ast
+import importlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+from conftest import PACKAGE, ROOT
+
+# Keywords of Blender's layouts, and our functions, whose texts are shown.
+SHOWN = {"text", "heading", "placeholder"}
+
+
+@dataclass(frozen=True)
+class Word:
+    """A text, the context that Blender looks it up in, and where it stands: `FACEWRIGHT_OT_track.bl_label`."""
+
+    text: str
+    context: str
+    where: str
+
+
+def classes() -> tuple[Any, ...]:
+    return importlib.import_module(f"{PACKAGE}.registration").CLASSES
+
+
+def operator(cls: Any) -> Any:
+    """The function of `bpy.ops` that an operator's class stands for."""
+    category, name = cls.bl_idname.split(".")
+    return getattr(getattr(bpy.ops, category), name)
+
+
+def operators() -> list[Any]:
+    return [cls for cls in classes() if issubclass(cls, bpy.types.Operator)]
+
+
+def rna(cls: Any) -> Any:
+    """What Blender knows of a class."""
+    return operator(cls).get_rna_type() if issubclass(cls, bpy.types.Operator) else cls.bl_rna
+
+
+def own_properties(cls: Any) -> list[Any]:
+    """The properties that a class, or what it inherits from, declares."""
+    declared = {name for one in cls.__mro__ for name in one.__dict__.get("__annotations__", {})}
+    # A group's own `name` hides the one that Blender gives every group.
+    return list({prop.identifier: prop for prop in rna(cls).properties if prop.identifier in declared}.values())
+
+
+def words() -> list[Word]:
+    """Labels, descriptions and choices of all classes, in their order."""
+    return [word for cls in classes() for word in _of_class(cls) if word.text.strip()]
+
+
+def _of_class(cls: Any) -> Iterator[Word]:
+    name, known = cls.__name__, rna(cls)
+    context = known.translation_context
+    if issubclass(cls, bpy.types.Operator):
+        yield Word(known.name, context, f"{name}.bl_label")
+        yield Word(known.description, "*", f"{name}.bl_description")
+    elif issubclass(cls, (bpy.types.Panel, bpy.types.Menu)):
+        yield Word(cls.bl_label, context, f"{name}.bl_label")
+    for prop in own_properties(cls):
+        place = f"{name}.{prop.identifier}"
+        if prop.is_hidden:
+            continue
+        yield Word(prop.name, prop.translation_context, f"{place}.name")
+        yield Word(prop.description, "*", f"{place}.description")
+        for item in prop.enum_items_static if prop.type == "ENUM" else ():
+            yield Word(item.name, prop.translation_context, f"{place}.{item.identifier}.name")
+            yield Word(item.description, "*", f"{place}.{item.identifier}.description")
+
+
+def drawn() -> list[Word]:
+    """Texts that stand in the code of panels and menus, as they are."""
+    found = []
+    for path in sorted((ROOT / "addon").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            for keyword in node.keywords if isinstance(node, ast.Call) else ():
+                place = f"{path.relative_to(ROOT)}:{keyword.value.lineno}"
+                found += [Word(text, "*", place) for text in _texts(keyword.value) if keyword.arg in SHOWN]
+    return [word for word in found if word.text.strip()]
+
+
+def _texts(value: ast.expr) -> list[str]:
+    """The texts of an expression: of both sides of a choice, and of none that is put together."""
+    if isinstance(value, ast.IfExp):
+        return [*_texts(value.body), *_texts(value.orelse)]
+    return [value.value] if isinstance(value, ast.Constant) and isinstance(value.value, str) else []
