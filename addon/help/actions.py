@@ -14,16 +14,19 @@ INDEX = "index.html"
 # What is kept on a text that shows a report: the key of its head.
 OWNER = "facewright_report_of"
 
-# The manual's page about each feature, by how its operators, and its groups of settings, are called.
+# The manual's chapter about each feature, by how its operators, and its groups of settings, are called.
 PAGES = {
-    "reconstruct": (("reconstruct",), ("clip", "person")),
-    "calibrate": (("calibrate", "*camera", "*board*", "*rig*"), ("camera", "board", "rig")),
-    "expressions": (("expression", "*key*"), ("keys",)),
-    "track": (("*track*",), ("track",)),
-    "motion": (("*motion*", "look_through", "length_from_selection"), ("motion",)),
-    "export": (("export",), ()),
     "report": (("open_report",), ()),
+    "export": (("export",), ()),
+    "expressions": (("expression", "*key*"), ("keys",)),
+    "heads": (("*head*",), ("head",)),
+    "cameras": (
+        ("calibrate", "*camera*", "*board*", "*rig*", "*calibration*", "*lens*", "*track*", "*motion*", "look_through"),
+        ("camera", "board", "rig", "track", "motion"),
+    ),
+    "first-head": (("reconstruct",), ("clip", "person")),
 }
+FILMING, FIRST_HEAD = "filming", "first-head"
 # How Blender calls operators, groups of settings, and what a scene has of them, in small letters.
 OPERATOR, GROUP, ANY = "bpy.ops.facewright.", "bpy.types.facewright", "bpy.types.*.facewright*"
 
@@ -91,6 +94,11 @@ def show_text(window: Any, text: Any) -> None:
         area.type = "TEXT_EDITOR"
     space = area.spaces.active
     space.text, space.show_word_wrap, space.show_line_numbers = text, True, False
+
+
+def chapter(scene: Any) -> str:
+    """The page about a beginner's next step."""
+    return FIRST_HEAD if scene.facewright_clip.path else FILMING
 
 
 def next_step(scene: Any) -> tuple[str, ...]:

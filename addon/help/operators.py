@@ -15,7 +15,7 @@ class FACEWRIGHT_OT_manual(bpy.types.Operator):
     bl_options = {"INTERNAL"}
 
     page: bpy.props.StringProperty(
-        name="Page", description="The page, such as calibrate; empty: the first one", options={"SKIP_SAVE"}
+        name="Page", description="The page, such as cameras; empty: the first one", options={"SKIP_SAVE"}
     )
 
     @classmethod

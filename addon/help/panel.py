@@ -25,7 +25,8 @@ class FACEWRIGHT_PT_first_steps(Side, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         for sentence in actions.next_step(context.scene):
             draw_text(self.layout, context, sentence, icon="DOT")
-        self.layout.operator(FACEWRIGHT_OT_manual.bl_idname, icon="HELP")
+        button = self.layout.operator(FACEWRIGHT_OT_manual.bl_idname, icon="HELP")
+        button.page = actions.chapter(context.scene)
 
 
 class FACEWRIGHT_PT_help(Side, bpy.types.Panel):

@@ -64,12 +64,17 @@ def _forget(folder: Path, file: Path) -> None:
     Texts in it have a length in front of them, so that what comes instead is as long.
     """
     content = written = file.read_bytes()
-    there = os.fsencode(f"{folder}{os.sep}")
-    content = content.replace(there, b"./" * (len(there) // 2) + b"/" * (len(there) % 2))
-    if artists := os.fsencode(bpy.data.filepath):
+    for there in _spellings(f"{folder}{os.sep}"):
+        content = content.replace(there, b"./" * (len(there) // 2) + b"/" * (len(there) % 2))
+    for artists in _spellings(bpy.data.filepath):
         content = content.replace(artists, b"scene.blend"[: len(artists)].ljust(len(artists)))
     if content != written:
         file.write_bytes(content)
+
+
+def _spellings(path: str) -> set[bytes]:
+    """A path as exporters may write it: on Windows, some of them with slashes."""
+    return {os.fsencode(spelled) for spelled in (path, path.replace(os.sep, "/")) if spelled}
 
 
 def _move(source: Path, target: Path) -> None:

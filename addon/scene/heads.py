@@ -136,7 +136,8 @@ def to_update(found: list[Head], clip: str, wanted: str) -> Head | None:
 
 def same_clip(a: str, b: str) -> bool:
     """Whether two paths are one clip: a video, a folder of frames, or any frame of it."""
-    return _clip(a) == _clip(b)
+    # Where systems do not tell capitals from small letters, nor do paths.
+    return os.path.normcase(_clip(a)) == os.path.normcase(_clip(b))
 
 
 def own_key(scene: bpy.types.Scene, head: Head) -> str:

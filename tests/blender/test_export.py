@@ -447,3 +447,15 @@ def test_a_turned_head_is_turned_in_the_file(generic_face: bpy.types.Object, tmp
     truth = world(generic_face)
     found = read_back(export(tmp_path / "head.fbx", joined=True))["Face"][:, :3]
     assert np.abs(found.max(axis=0) - truth.max(axis=0)).max() < 1e-4, "turned, and twice as large"
+
+
+def test_a_path_with_the_other_systems_slashes_is_taken_out_of_a_file_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written = module("scene.export_write")
+    monkeypatch.setattr(written.os, "sep", "\\")
+    file = tmp_path / "head.fbx"
+    for folder in (b"C:\\Users\\Anna\\Temp\\", b"C:/Users/Anna/Temp/"):
+        file.write_bytes(b"\x15" + folder + b"head.png\x00")
+        written._forget("C:\\Users\\Anna\\Temp", file)
+        assert b"Anna" not in file.read_bytes() and len(file.read_bytes()) == len(folder) + 10

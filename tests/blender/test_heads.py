@@ -280,7 +280,9 @@ def test_the_report_counts_frames_by_the_kind_of_their_reason(clips: Clips) -> N
     sentences = ("12 % as sharp as the others", "its sharpness is 30 % of what is usual")
     frames = [frame | {"name": str(k), "reason": sentence} for k, sentence in enumerate(sentences)]
     anna["facewright_report"] = json.dumps(told | {"frames": frames})
-    assert "0 of 2 frames, 0 points 2 × blurred Fit" in drawn("FACEWRIGHT_PT_report", object=anna)
+    assert "Made from 0 frames, 0 points 2 frames left out: blurred 0 % of" in drawn(
+        "FACEWRIGHT_PT_report", object=anna
+    )
 
 
 def test_the_report_says_in_one_line_what_is_unusual(clips: Clips) -> None:
@@ -339,3 +341,10 @@ def test_a_failed_run_makes_no_collection_and_no_mark(clips: Clips, tmp_path: Pa
         bpy.ops.facewright.reconstruct()
     assert snapshot() == before
     assert copy["facewright_head"] == key
+
+
+def test_where_capitals_are_small_letters_a_clip_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    same_clip = module("scene.heads").same_clip
+    assert not same_clip("/films/Anna.mp4", "/films/anna.MP4")
+    monkeypatch.setattr("os.path.normcase", str.lower)
+    assert same_clip("/films/Anna.mp4", "/films/anna.MP4")

@@ -7,7 +7,7 @@ from typing import Any
 
 import bpy
 import pytest
-from conftest import PACKAGE, snapshot
+from conftest import PACKAGE, ROOT, snapshot
 from people import ANNA, Clips, clip_of, run, select
 from tracking import module
 
@@ -15,7 +15,7 @@ from tracking import module
 @pytest.fixture
 def manual(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A manual of two pages, where the add-on looks for it."""
-    for name in ("index", "calibrate"):
+    for name in ("index", "cameras"):
         (tmp_path / f"{name}.html").write_text(f"<h1>{name}</h1>", encoding="utf-8")
     monkeypatch.setattr(module("help.actions"), "MANUAL", tmp_path)
     return tmp_path
@@ -35,10 +35,18 @@ def looked_up(name: str) -> str | None:
 
 
 def test_f1_finds_the_page_of_a_feature_and_else_the_first_page(manual: Path) -> None:
-    assert looked_up("bpy.ops.facewright.calibrate") == (manual / "calibrate.html").as_uri()
-    assert looked_up("bpy.types.FacewrightCamera.square_mm") == (manual / "calibrate.html").as_uri()
-    for name in ("bpy.ops.facewright.export", "bpy.types.FacewrightTrack.points", "bpy.types.Scene.facewright_clip"):
+    assert looked_up("bpy.ops.facewright.calibrate") == (manual / "cameras.html").as_uri()
+    assert looked_up("bpy.types.FacewrightCamera.square_mm") == (manual / "cameras.html").as_uri()
+    for name in ("bpy.ops.facewright.export", "bpy.types.FacewrightKeys.search", "bpy.types.Scene.facewright_clip"):
         assert looked_up(name) == (manual / "index.html").as_uri()
+
+
+def test_the_chapters_that_links_name_are_written() -> None:
+    written = {chapter.stem for chapter in (ROOT / "docs/manual").glob("*.md")}
+    if not written:
+        pytest.skip("the manual is not in this tree")
+    help_actions = module("help.actions")
+    assert {*help_actions.PAGES, help_actions.FILMING, help_actions.FIRST_HEAD, "index"} <= written
 
 
 def test_f1_on_what_is_blenders_goes_where_it_went(manual: Path) -> None:
@@ -57,8 +65,8 @@ def test_without_a_manual_f1_finds_nothing_of_ours_and_the_button_says_so(
 
 def test_the_manual_is_a_file_of_the_extension(manual: Path, opened: list[str]) -> None:
     assert bpy.ops.facewright.manual() == {"FINISHED"}
-    assert bpy.ops.facewright.manual(page="calibrate") == {"FINISHED"}
-    assert opened == [(manual / name).as_uri() for name in ("index.html", "calibrate.html")]
+    assert bpy.ops.facewright.manual(page="cameras") == {"FINISHED"}
+    assert opened == [(manual / name).as_uri() for name in ("index.html", "cameras.html")]
     assert all(url.startswith("file:///") for url in opened)
 
 

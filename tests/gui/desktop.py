@@ -49,12 +49,13 @@ class Desktop:
         """Press a key or keys by the X names: `Escape`, `ctrl+z`."""
         self._hand("key", key)
 
+    def turn_wheel(self, notches: int) -> None:
+        """Down by some notches, or up by a negative number."""
+        self._hand("click", "--repeat", str(abs(notches)), "--delay", "5", "5" if notches > 0 else "4")
+
     def turn_wheel_up_with(self, key: str) -> None:
         """One notch of the wheel while a key is held."""
         self._hand("keydown", key, "click", "4", "keyup", key)
-
-    def turn_wheel_down(self, notches: int) -> None:
-        self._hand("click", "--repeat", str(notches), "--delay", "50", "5")
 
     def type(self, text: str) -> None:
         self._hand("type", text)

@@ -18,6 +18,7 @@ TRACK = "bpy.ops.facewright.track()"
 SOLVE = "bpy.ops.facewright.motion()"
 LOOK_THROUGH = "bpy.ops.facewright.look_through()"
 CALIBRATE = "bpy.ops.facewright.calibrate()"
+SAVE_DRAWING = "bpy.ops.facewright.save_calibration_picture()"
 CLIP_FIELD = 'bpy.data.scenes["Scene"].facewright_clip.path'
 ADD_CONTROLS = "bpy.ops.facewright.add_controls()"
 # How far a handle is dragged, pixels.
@@ -29,7 +30,9 @@ RUN_SECONDS = 600
 KEYS = 1 + 52 + 15
 MIN_TRACKS = 60
 # As far as the panels go that are above the table.
-NOTCHES = 6
+NOTCHES = 18
+# From the left border of a side bar to where nothing is drawn.
+EDGE = 4
 OWN_CAMERA = "Own Camera"
 SUFFIXES = ("", " eye_left", " eye_right", " teeth_upper", " teeth_lower", " tongue", " lashes")
 PARTS, SECOND_PARTS = ({f"object {face}{suffix}" for suffix in SUFFIXES} for face in ("Face", "Face.001"))
@@ -335,10 +338,12 @@ def look_through(session: Session, before: State) -> None:
 
 def the_table_of_the_calibration_is_read_at_the_side_bars_usual_width(session: Session) -> None:
     """Every number of every row, whole: to be looked at in the picture."""
-    session.settled()
     session.point_at_button(CALIBRATE)
-    session.desktop.turn_wheel_down(NOTCHES)
-    session.glance()
+    # Beside the table, which would turn instead.
+    left, top, _, height = session.rectangle("side_bar")
+    session.desktop.point(left + EDGE, top + height // 2)
+    session.desktop.turn_wheel(NOTCHES)
+    session.point_at_button(SAVE_DRAWING)
     session.picture_of_editor("calibration-table")
 
 
