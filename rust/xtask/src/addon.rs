@@ -63,6 +63,12 @@ fn stage(wheels: &[PathBuf]) -> anyhow::Result<PathBuf> {
     for name in ["NOTICE", "LICENSE-GPL"] {
         std::fs::copy(root().join(name), stage.join(name)).with_context(|| format!("{name} is missing"))?;
     }
+    let manual = target("manual");
+    if manual.join("index.html").is_file() {
+        copy(&manual, &stage.join("manual"))?;
+    } else {
+        say("without the manual: cargo x manual builds it");
+    }
     copy(&assets, &stage.join("assets"))?;
     std::fs::remove_file(stage.join("assets/built-from.txt"))?;
     std::fs::create_dir_all(stage.join("wheels"))?;

@@ -8,6 +8,7 @@ mod bench;
 mod bench_reconstruct;
 mod check;
 mod compile;
+mod cross;
 mod degraded;
 mod demo;
 mod environment;
@@ -85,6 +86,8 @@ enum Task {
         #[arg(long)]
         wheels: Option<PathBuf>,
     },
+    /// Type-checks the library for Windows, macOS and both kinds of Linux
+    Cross,
     /// Rebuilds blend_fixtures/*.blend from their scripts
     Fixtures,
     /// Files broken at random, for minutes: no panic, no hang, no memory that only a number in the file asks for
@@ -111,6 +114,7 @@ fn main() -> anyhow::Result<()> {
         Task::Addon { wheels } => {
             addon::bundle(&wheels.as_deref().map_or(Library::Portable, Library::Wheels)).map(drop)
         }
+        Task::Cross => cross::cross(),
         Task::Fixtures => test::fixtures(),
         Task::Fuzz { minutes, seed } => fuzz::fuzz(minutes, seed),
     }
