@@ -84,7 +84,7 @@ class FACEWRIGHT_OT_open_camera(OpenOperator, bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_forget_camera(bpy.types.Operator):
-    """Estimate the focal length instead"""
+    """Remove the camera from the scene: the focal length is estimated instead"""
 
     bl_idname = "facewright.forget_camera"
     bl_label = "Forget Camera"
@@ -186,12 +186,14 @@ class FACEWRIGHT_OT_remove_boards(bpy.types.Operator):
 
 
 class FACEWRIGHT_OT_set_scene_camera(bpy.types.Operator):
-    """Set the scene camera to the calibrated focal length and principal point, and the render to the picture's size.
-
-    Renders have no lens distortion: they match undistorted footage"""
+    """Set the scene camera to the calibrated one"""
 
     bl_idname = "facewright.set_scene_camera"
     bl_label = "Set Scene Camera"
+    bl_description = (
+        "Set the scene camera to the calibrated focal length and principal point, and the render to the picture's "
+        "size. Renders have no lens distortion: they match undistorted footage"
+    )
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod

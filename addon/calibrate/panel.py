@@ -17,8 +17,11 @@ from .operators import (
     FACEWRIGHT_OT_show_boards,
 )
 
-# Part of the width that names take: of numbers, and of pictures, which have two numbers.
+# Part of the width that names take: of numbers, and of pictures.
 NAMES, PICTURES = 0.42, 0.5
+# The numbers that a side bar has room for beside a picture's name; the others are below the table.
+HEADINGS = ("RMS", "Worst")
+COLUMNS = len(HEADINGS)
 # Of a longer name the end is shown: there frames of a clip differ.
 LONG = 9
 
@@ -123,7 +126,7 @@ class FACEWRIGHT_PT_pictures(Child, bpy.types.Panel):
         head = column.row()
         split = head.split(factor=PICTURES)
         split.label(text="Error (px)")
-        draw_cells(split, ["RMS", "Worst"])
+        draw_cells(split, list(HEADINGS))
         # Above the list's scroll bar.
         head.label(icon="BLANK1")
         column.template_list(

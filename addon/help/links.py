@@ -1,4 +1,4 @@
-"""Blender's *Online Manual*, by F1 or the right mouse button, finds our pages: files of the extension, no network."""
+"""Blender's Online Manual, by F1 or the right mouse button, finds our pages: files of the extension, no network."""
 
 import bpy
 

@@ -32,12 +32,14 @@ class TrackedClipOperator(ClipOperator):
 
 
 class FACEWRIGHT_OT_motion(TrackedClipOperator, WorkOperator, bpy.types.Operator):
-    """Solve the face's tracks for the motion of the camera around the head, and for the points on it.
-
-    A second run updates the camera, head and points of the first"""
+    """Solve the face's tracks for the motion of the camera around the head, and for the points on it"""
 
     bl_idname = "facewright.motion"
     bl_label = "Solve Motion"
+    bl_description = (
+        "Solve the face's tracks for the motion of the camera around the head, and for the points on it. "
+        "A second run updates the camera, head and points of the first"
+    )
     # Not REGISTER: the redo panel would run it all again, blocking, at every change.
     bl_options = {"UNDO"}
 

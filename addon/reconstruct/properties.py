@@ -46,6 +46,7 @@ class FacewrightClip(bpy.types.PropertyGroup):
     last: bpy.props.IntProperty(name="Last", description="Last frame used, counted from 0", default=250, min=0)
     method: bpy.props.EnumProperty(
         name="Method",
+        description="Chain of steps by which the head is made",
         items=[
             ("default", "Default", "All frames, a statistical head model, evened lighting"),
             ("paper", "Paper", "The steps of Liang, Pan, Chen 2004"),

@@ -20,12 +20,14 @@ from . import actions
 
 
 class FACEWRIGHT_OT_track(ClipOperator, WorkOperator, bpy.types.Operator):
-    """Track points of the face through the clip, as markers that can be edited.
-
-    A second run replaces the tracks of the first, except those that were locked or edited"""
+    """Track points of the face through the clip, as markers"""
 
     bl_idname = "facewright.track"
     bl_label = "Track Face"
+    bl_description = (
+        "Track points of the face through the clip, as markers that can be edited. "
+        "A second run replaces the tracks of the first, except those that were locked or edited"
+    )
     # Not REGISTER: the redo panel would run it all again, blocking, at every change.
     bl_options = {"UNDO"}
 

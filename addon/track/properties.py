@@ -28,6 +28,7 @@ class FacewrightTrack(bpy.types.PropertyGroup):
     )
     method: bpy.props.EnumProperty(
         name="Method",
+        description="Chain of steps by which points are tracked",
         items=[
             ("default", "Default", "Patches warped with the head, over the whole clip"),
             ("paper", "Paper", "The steps of Liang, Pan, Chen 2004"),

@@ -8,12 +8,14 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import blf
 import bpy
 import numpy as np
 import pytest
 from bpy_extras.object_utils import world_to_camera_view
 from conftest import PACKAGE, ROOT, snapshot
 from mathutils import Matrix, Vector
+from tracking import drawn
 
 CLIP = ROOT / "tests/data/clip"
 TRUTH = json.loads((CLIP / "truth.json").read_text())
@@ -320,6 +322,32 @@ def test_separate_squares_are_drawn_apart(calibrated: Any) -> None:
     assert len(black) == 12 and all(face.area == pytest.approx(0.03**2, rel=1e-4) for face in black)
     centres = sorted({round(face.center.x, 5) for face in black})
     assert centres == pytest.approx([0.015, 0.06, 0.105], abs=1e-5)
+
+
+# Of Blender's side bar as wide as it is at first, pixels: a row of a list, and what a label and an icon take besides.
+ROW_PX, AROUND_PX, ICON_PX = 206, 8, 20
+FONT_PX = 11.0
+
+
+def test_the_tables_numbers_and_headings_are_read_whole() -> None:
+    panel = importlib.import_module(f"{PACKAGE}.calibrate.panel")
+    blf.size(0, FONT_PX)
+    room = ROW_PX * (1.0 - panel.PICTURES) / panel.COLUMNS - AROUND_PX
+    assert blf.dimensions(0, "0.0234 px")[0] > room, "the measure tells what is too long"
+    for text in [*(panel.pixels(value) for value in (0.0234, 0.8888, 8.888, 88.88, 8888.0)), *panel.HEADINGS]:
+        assert blf.dimensions(0, text)[0] <= room, text
+    name_room = ROW_PX * panel.PICTURES - ICON_PX - AROUND_PX
+    assert blf.dimensions(0, "…" + "0" * (panel.LONG - 1))[0] <= name_room
+
+
+def test_below_the_table_the_active_picture_has_all_its_numbers(calibrated: Any) -> None:
+    calibrated.active = 3
+    row = calibrated.pictures[3]
+    row.reason = "its error is 3.0 times the median picture's"
+    said = drawn("FACEWRIGHT_PT_pictures")
+    assert "Error (px) RMS Worst" in said
+    numbers = [f"{name} {value:.3f} px" for name, value in (("RMS", row.rms), ("Worst corner", row.worst))]
+    assert f"board_3 {' '.join(numbers)} Held out {row.hold_out:.3f} px Its error is 3.0 times" in said
 
 
 CAMERAS = {

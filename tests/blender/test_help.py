@@ -9,7 +9,7 @@ import bpy
 import pytest
 from conftest import PACKAGE, ROOT, snapshot
 from people import ANNA, Clips, clip_of, run, select
-from tracking import module
+from tracking import drawn, module
 
 
 @pytest.fixture
@@ -109,6 +109,22 @@ def test_first_steps_end_with_the_first_head(clips: Clips, addon: ModuleType) ->
     assert step(scene)[0].startswith("Reconstruct Face")
     run(clips.anna)
     assert step(scene) == ()
+
+
+def test_first_steps_are_drawn_until_there_is_a_head(clips: Clips) -> None:
+    panel = bpy.types.FACEWRIGHT_PT_first_steps
+    assert "Film a face that turns slowly" in drawn("FACEWRIGHT_PT_first_steps")
+    bpy.context.scene.facewright_clip.path = clips.anna
+    assert "Reconstruct Face makes a textured head" in drawn("FACEWRIGHT_PT_first_steps")
+    assert panel.poll(bpy.context)
+    run(clips.anna)
+    assert not panel.poll(bpy.context)
+    drawn("FACEWRIGHT_PT_help")
+
+
+def test_the_clip_editor_without_a_clip_says_what_it_is_for(clip: bpy.types.MovieClip) -> None:
+    assert drawn("FACEWRIGHT_PT_track", space_data=SimpleNamespace(clip=None)).startswith("Open the film of a face")
+    assert "Open the film" not in drawn("FACEWRIGHT_PT_track", space_data=SimpleNamespace(clip=clip))
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import bpy
 import pytest
 from conftest import ROOT
 from tracking import module
-from words import classes, drawn, operator, operators, own_properties, words
+from words import classes, drawn, is_named, operator, operators, own_properties, words
 
 # What a number is of, where Blender's own unit or subtype does not say it.
 UNITS = ("millimetre", "pixel", "second", "degree", "frame", "metre")
@@ -39,11 +39,12 @@ def test_no_description_ends_with_a_full_stop_or_is_missing() -> None:
     """Blender puts the full stop there itself."""
     for word in words():
         assert not word.text.endswith("."), word
-    for cls in operators():
-        assert operator(cls).get_rna_type().description, f"{cls.__name__} says nothing"
+        assert "\n" not in word.text and "  " not in word.text, f"{word.where} is broken into lines"
+    for cls in classes():
+        spoken = not issubclass(cls, bpy.types.Operator) or operator(cls).get_rna_type().description
+        assert spoken, f"{cls.__name__} says nothing"
         for prop in own_properties(cls):
-            named = prop.identifier.startswith(("filter_", "file", "directory", "check_existing"))
-            assert prop.description or not public(prop) or named, f"{cls.__name__}.{prop.identifier} says nothing"
+            assert prop.description or not (public(prop) and is_named(prop)), f"{cls.__name__}.{prop.identifier}"
 
 
 def test_labels_are_title_case_as_blenders_are() -> None:

@@ -153,7 +153,7 @@ class Layout:
             # A sentence that a click puts away.
             self.said.append(text)
         category, _, call = name.partition(".")
-        assert getattr(bpy.ops, category) and hasattr(bpy.types, f"{category.upper()}_OT_{call}")
+        assert getattr(getattr(bpy.ops, category), call).get_rna_type()
         return SimpleNamespace()
 
     def label(self, text: str = "", **_more: Any) -> None:
@@ -173,7 +173,10 @@ class Layout:
     def row(self, **_more: Any) -> "Layout":
         return self
 
-    column = row
+    column = split = grid_flow = row
+
+    def template_list(self, kind: str, _name: str, data: Any, items: str, within: Any, at: str, **_more: Any) -> None:
+        assert hasattr(bpy.types, kind) and items in data.bl_rna.properties and at in within.bl_rna.properties
 
 
 def drawn(panel: str, **context: Any) -> str:

@@ -11,6 +11,8 @@ from conftest import PACKAGE, ROOT
 
 # Keywords of Blender's layouts, and our functions, whose texts are shown.
 SHOWN = {"text", "heading", "placeholder"}
+# And functions of ours and Blender's that show one of their arguments: which one.
+PLACED = {"draw_text": 2, "poll_message_set": 0, "FacewrightError": 0}
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,7 @@ def _of_class(cls: Any) -> Iterator[Word]:
         yield Word(cls.bl_label, context, f"{name}.bl_label")
     for prop in own_properties(cls):
         place = f"{name}.{prop.identifier}"
-        if prop.is_hidden:
+        if prop.is_hidden or not is_named(prop):
             continue
         yield Word(prop.name, prop.translation_context, f"{place}.name")
         yield Word(prop.description, "*", f"{place}.description")
@@ -72,15 +74,26 @@ def _of_class(cls: Any) -> Iterator[Word]:
             yield Word(item.description, "*", f"{place}.{item.identifier}.description")
 
 
+def is_named(prop: Any) -> bool:
+    """Whether a property has a name of its own: others are never shown by it."""
+    return prop.name != prop.identifier
+
+
 def drawn() -> list[Word]:
-    """Texts that stand in the code of panels and menus, as they are."""
+    """Texts that stand in the code as they are: of panels and menus, reasons of grey buttons, errors."""
     found = []
     for path in sorted((ROOT / "addon").rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            for keyword in node.keywords if isinstance(node, ast.Call) else ():
-                place = f"{path.relative_to(ROOT)}:{keyword.value.lineno}"
-                found += [Word(text, "*", place) for text in _texts(keyword.value) if keyword.arg in SHOWN]
+            for value in _shown(node) if isinstance(node, ast.Call) else ():
+                found += [Word(text, "*", f"{path.relative_to(ROOT)}:{value.lineno}") for text in _texts(value)]
     return [word for word in found if word.text.strip()]
+
+
+def _shown(call: ast.Call) -> list[ast.expr]:
+    """What a call shows, if it does."""
+    name = call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
+    place = PLACED.get(name, len(call.args))
+    return [*call.args[place : place + 1], *(keyword.value for keyword in call.keywords if keyword.arg in SHOWN)]
 
 
 def _texts(value: ast.expr) -> list[str]:
