@@ -7,7 +7,7 @@ import bpy
 
 from .engine import Cancelled, FacewrightError
 from .jobs import POLL_SECONDS, Work, wait
-from .paths import RELATIVE
+from .options import BLEND_RELATIVE
 from .running import STARTING, Running, Said, redraw
 from .scene import face_tracks
 
@@ -144,7 +144,7 @@ class OpenOperator(FileOperator):
 
     bl_options: ClassVar[set[str]] = {"REGISTER", "UNDO"}
 
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"} | RELATIVE)
+    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"} | BLEND_RELATIVE)
     filter_glob: bpy.props.StringProperty(default="*.json", options={"HIDDEN"})
 
 
@@ -165,7 +165,7 @@ class SaveDrawingOperator(SaveOperator):
 
 def saved_as(name: str) -> Any:
     """The path of an operator that saves a file, which proposes a name."""
-    return bpy.props.StringProperty(subtype="FILE_PATH", default=name, options={"SKIP_SAVE"} | RELATIVE)
+    return bpy.props.StringProperty(subtype="FILE_PATH", default=name, options={"SKIP_SAVE"} | BLEND_RELATIVE)
 
 
 class ClipOperator:

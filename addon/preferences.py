@@ -5,7 +5,7 @@ import bpy
 from . import preferred
 from .engine import use_assets
 from .help.operators import FACEWRIGHT_OT_manual
-from .paths import RELATIVE
+from .options import BLEND_RELATIVE
 from .reconstruct.actions import TEXTURE_SIZES
 
 
@@ -17,7 +17,7 @@ class FacewrightPreferences(bpy.types.AddonPreferences):
         description="Folder of the generic head and the nets that find faces; empty: those of the extension. The "
         "environment variable FACEWRIGHT_ASSETS goes before it",
         subtype="DIR_PATH",
-        options=RELATIVE,
+        options=BLEND_RELATIVE,
         update=lambda self, _context: use_assets(bpy.path.abspath(self.assets)),
     )
     texture_size: bpy.props.EnumProperty(

@@ -5,7 +5,7 @@ import bpy
 from ..engine import FacewrightError
 from ..jobs import Work
 from ..modal import OpenOperator, Result, SaveDrawingOperator, SaveOperator, WorkOperator, in_object_mode, saved_as
-from ..paths import RELATIVE
+from ..options import BLEND_RELATIVE
 from ..running import idle
 from ..scene import boards as scene_boards
 from ..scene import camera as scene_camera
@@ -20,9 +20,9 @@ class FACEWRIGHT_OT_calibrate(WorkOperator, bpy.types.Operator):
     bl_label = "Calibrate"
     bl_options = {"UNDO"}
 
-    directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE", "HIDDEN"} | RELATIVE)
+    directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE", "HIDDEN"} | BLEND_RELATIVE)
     files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"SKIP_SAVE", "HIDDEN"})
-    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE", "HIDDEN"} | RELATIVE)
+    filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE", "HIDDEN"} | BLEND_RELATIVE)
     clip: bpy.props.StringProperty(
         name="Movie Clip", description="A movie clip in this file that shows the board", options={"SKIP_SAVE", "HIDDEN"}
     )

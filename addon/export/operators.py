@@ -5,7 +5,7 @@ import os
 import bpy
 
 from ..modal import FileOperator, Result, in_object_mode
-from ..paths import RELATIVE
+from ..options import BLEND_RELATIVE
 from ..running import idle
 from . import actions
 
@@ -33,7 +33,7 @@ class FACEWRIGHT_OT_export(FileOperator, bpy.types.Operator):
     filepath: bpy.props.StringProperty(
         subtype="FILE_PATH",
         description="The file; its ending says the format: .glb, .fbx, .usd, .usdc, .usda, .usdz or .abc",
-        options={"SKIP_SAVE"} | RELATIVE,
+        options={"SKIP_SAVE"} | BLEND_RELATIVE,
     )
     filter_glob: bpy.props.StringProperty(
         default="*.glb;*.fbx;*.usd;*.usdc;*.usda;*.usdz;*.abc", options={"HIDDEN", "SKIP_SAVE"}

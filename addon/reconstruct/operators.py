@@ -7,7 +7,7 @@ import bpy
 from ..engine import Reconstruction
 from ..jobs import Work
 from ..modal import WorkOperator, in_object_mode
-from ..paths import RELATIVE
+from ..options import BLEND_RELATIVE
 from ..running import idle
 from ..scene.growing import Growing
 from . import actions
@@ -26,7 +26,7 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
         description="Also write head.glb, texture.png, eyes.png and report.json here; "
         "if empty, to the scene's own result folder",
         subtype="DIR_PATH",
-        options={"SKIP_SAVE"} | RELATIVE,
+        options={"SKIP_SAVE"} | BLEND_RELATIVE,
     )
 
     _made_of = _wanted = ""

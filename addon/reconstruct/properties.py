@@ -4,7 +4,7 @@ from typing import Any
 
 import bpy
 
-from ..paths import RELATIVE
+from ..options import BLEND_RELATIVE
 from . import actions
 
 # Blender keeps no text of a choice that Python has forgotten.
@@ -24,7 +24,7 @@ class FacewrightClip(bpy.types.PropertyGroup):
         name="Clip",
         description="A video, a folder of frames, or the first image of a sequence",
         subtype="FILE_PATH",
-        options={"ANIMATABLE"} | RELATIVE,
+        options=BLEND_RELATIVE,
         update=lambda self, _context: actions.meet_clip(self.id_data, bpy.path.abspath(self.path)),
     )
     # How many frames the clip has, counted when it is chosen: 0 where none can be read, -1 in files of older versions.
@@ -82,5 +82,5 @@ class FacewrightClip(bpy.types.PropertyGroup):
         name="Result Folder",
         description="Also write head.glb, texture.png, eyes.png and report.json here",
         subtype="DIR_PATH",
-        options={"ANIMATABLE"} | RELATIVE,
+        options=BLEND_RELATIVE,
     )

@@ -6,7 +6,7 @@ from ..calibrate.actions import BoardSettings, LensSettings, set_camera
 from ..engine import Rig
 from ..jobs import Work
 from ..modal import OpenOperator, Result, SaveOperator, WorkOperator, reported, saved_as
-from ..paths import RELATIVE
+from ..options import BLEND_RELATIVE
 from ..running import idle
 from . import actions
 
@@ -18,7 +18,7 @@ class FACEWRIGHT_OT_add_rig_folder(bpy.types.Operator):
     bl_label = "Add Camera"
     bl_options = {"REGISTER", "UNDO"}
 
-    directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE", "HIDDEN"} | RELATIVE)
+    directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE", "HIDDEN"} | BLEND_RELATIVE)
     filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN", "SKIP_SAVE"})
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> Result:

@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..paths import RELATIVE
+from ..options import BLEND_RELATIVE
 
 
 class FacewrightRigFolder(bpy.types.PropertyGroup):
@@ -14,7 +14,7 @@ class FacewrightRigFolder(bpy.types.PropertyGroup):
         description="Folder of the camera's pictures of the board. Pictures of one moment have the same number at "
         "the end of their names in all folders, or the same position in the order",
         subtype="DIR_PATH",
-        options={"ANIMATABLE"} | RELATIVE,
+        options=BLEND_RELATIVE,
     )
 
 

@@ -18,6 +18,7 @@ TRACK = "bpy.ops.facewright.track()"
 SOLVE = "bpy.ops.facewright.motion()"
 LOOK_THROUGH = "bpy.ops.facewright.look_through()"
 CALIBRATE = "bpy.ops.facewright.calibrate()"
+OPEN_REPORT = "bpy.ops.facewright.open_report()"
 SAVE_DRAWING = "bpy.ops.facewright.save_calibration_picture()"
 CLIP_FIELD = 'bpy.data.scenes["Scene"].facewright_clip.path'
 ADD_CONTROLS = "bpy.ops.facewright.add_controls()"
@@ -336,6 +337,16 @@ def look_through(session: Session, before: State) -> None:
     session.picture("motion-through")
 
 
+def the_report_opens_as_a_text_in_one_undo_step(session: Session) -> None:
+    made = finish(session, RECONSTRUCT)
+    session.picture_of_editor("report-panel")
+    session.click_button(OPEN_REPORT)
+    shown = session.settled()
+    session.picture("report-text")
+    expect_one_step(made, shown)
+    expect(shown["data"] == made["data"], f"the report changes something: {difference(made, shown)}")
+
+
 def the_table_of_the_calibration_is_read_at_the_side_bars_usual_width(session: Session) -> None:
     """Every number of every row, whole: to be looked at in the picture."""
     session.point_at_button(CALIBRATE)
@@ -390,6 +401,7 @@ TESTS: dict[str, list[Test]] = {
         an_update_that_is_undone_gives_back_shape_and_skin,
         edit_mode_entered_meanwhile_mixes_nothing,
         a_drag_is_not_disturbed,
+        the_report_opens_as_a_text_in_one_undo_step,
         blender_closes_while_the_job_runs,
     ],
     "VIEW_3D OPEN": [
