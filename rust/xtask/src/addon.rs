@@ -12,6 +12,9 @@ use std::process::Command;
 const WHEELS: &str = "\"./wheels/@WHEEL@\"";
 const PLATFORMS: &str = "\"linux-x64\"";
 
+/// What is said of the add-on, of its library, and of what others have made: with the licences that it names.
+const NOTICES: [&str; 4] = ["NOTICE", "LICENSE-GPL", "LICENSE-MIT", "LICENSE-APACHE"];
+
 /// Where the native library of an extension comes from.
 pub enum Library<'a> {
     /// Compiled as everything else is: quick, but it runs on machines like this one only. For demo and tests.
@@ -60,7 +63,7 @@ fn stage(wheels: &[PathBuf]) -> anyhow::Result<PathBuf> {
     let stage = target("addon/facewright");
     empty(&stage)?;
     copy(&root().join("addon"), &stage)?;
-    for name in ["NOTICE", "LICENSE-GPL"] {
+    for name in NOTICES {
         std::fs::copy(root().join(name), stage.join(name)).with_context(|| format!("{name} is missing"))?;
     }
     let manual = target("manual");
@@ -115,6 +118,15 @@ fn stem(path: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_licence_that_the_notice_names_comes_along() {
+        let notice = std::fs::read_to_string(root().join("NOTICE")).unwrap();
+        let words = notice.split(|c: char| !(c.is_ascii_uppercase() || c == '-'));
+        let named: std::collections::BTreeSet<&str> = words.filter(|word| word.starts_with("LICENSE-")).collect();
+        assert_eq!(named.len(), 3, "{named:?}");
+        assert!(named.iter().all(|name| NOTICES.contains(name)), "{named:?}");
+    }
 
     #[test]
     fn the_manifest_names_every_wheel_and_platform() {
