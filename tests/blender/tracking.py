@@ -163,8 +163,9 @@ class Layout:
         """Takes what the rows draw."""
         assert index in active.bl_rna.properties
         cls, me, shown = getattr(bpy.types, kind), SimpleNamespace(bitflag_filter_item=1), self.context
-        flags, _ = cls.filter_items(me, shown, data, of)
-        for item in [item for item, flag in zip(getattr(data, of), flags) if flag]:
+        items = list(getattr(data, of))
+        flags = cls.filter_items(me, shown, data, of)[0] if hasattr(cls, "filter_items") else [1] * len(items)
+        for item in [item for item, flag in zip(items, flags) if flag]:
             cls.draw_item(me, shown, self, data, item, 0, active, index)
 
     def separator(self, **_more: Any) -> None:
@@ -174,9 +175,6 @@ class Layout:
         return self
 
     column = split = grid_flow = row
-
-    def template_list(self, kind: str, _name: str, data: Any, items: str, within: Any, at: str, **_more: Any) -> None:
-        assert hasattr(bpy.types, kind) and items in data.bl_rna.properties and at in within.bl_rna.properties
 
 
 def drawn(panel: str, **context: Any) -> str:

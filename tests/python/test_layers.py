@@ -14,10 +14,6 @@ FILES = sorted(p for p in ADDON.rglob("*.py") if "__pycache__" not in p.parts)
 ALLOWED = {
     "panel": {"operators", "actions", "scene", "modal", "running"},
     "operators": {"actions", "options", "scene", "engine", "jobs", "modal", "running"},
-    "actions": {"scene", "engine", "jobs"},
-    "properties": {"actions", "options"},
-    "panel": {"operators", "actions", "scene", "modal"},
-    "operators": {"actions", "options", "scene", "engine", "jobs", "modal"},
     "actions": {"scene", "engine", "jobs", "preferred"},
     "properties": {"actions", "options"},
     "options": {"actions"},
