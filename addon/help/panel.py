@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..modal import Running, draw_text
+from ..running import Running, draw_text
 from . import actions
 from .operators import FACEWRIGHT_OT_manual
 
