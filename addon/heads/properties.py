@@ -12,8 +12,8 @@ class FacewrightHeads(bpy.types.PropertyGroup):
 
     index: bpy.props.IntProperty(
         name="Head",
-        description="Row of the head that buttons act on: the active object's. Choosing one makes it active, and the next "
-        "run updates it",
+        description="Row of the head that buttons act on: the active object's. Choosing one makes it active, and the "
+        "next run updates it",
         get=lambda self: actions.number(self.id_data, _layer(self.id_data).objects.active),
         set=lambda self, number: actions.choose(self.id_data, _layer(self.id_data), number),
         options=set(),

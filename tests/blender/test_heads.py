@@ -112,11 +112,11 @@ def test_the_panel_says_what_the_button_makes_as_soon_as_there_is_a_choice(clips
         label=lambda text="", **_more: shown.append(text),
         row=lambda **_more: SimpleNamespace(operator=lambda *_names, **_more: SimpleNamespace()),
     )
-    layout.column = lambda **_more: layout
     panel = bpy.types.FACEWRIGHT_PT_clip
     panel.draw(SimpleNamespace(layout=layout), bpy.context)
     assert "New Head" not in shown, "without a head there is no other choice"
     run(clips.anna)
+    module("running").Running.said.clear()
     panel.draw(SimpleNamespace(layout=layout), bpy.context)
     assert "Update Face" in shown
     assert "head" not in shown, "it is chosen in the list of heads, and there alone"
