@@ -7,13 +7,15 @@ before and after controls are added.
 import bpy
 
 from ..engine import FacewrightError
-from . import controls_bones, controls_carry, controls_drivers, controls_limits, controls_measure, controls_mesh
+from . import controls_bones, controls_carry, controls_drivers, controls_limits, controls_measure, controls_mesh, heads
 from . import controls_shapes as shapes
 from .controls_find import CONTROLS, LED, bones, led, of, our_drivers
 from .controls_layout import LINKS
 from .heads import KEY, SKIN, Head
 
 TITLE = "Controls"
+# What is nearer to a head, in depth and height or sideways, is where its panel would be, metres.
+_NEAR, _WIDE = 0.3, 0.45
 
 
 def complaint(head: Head) -> str:
@@ -45,15 +47,16 @@ def add(head: Head) -> tuple[bpy.types.Object, list[str]]:
         raise FacewrightError(sentence)
     skin = head.skin
     assert skin is not None, "a head without a skin was refused"
+    blocks, ours = skin.data.shape_keys.key_blocks, led(skin)
+    refused = _refused(skin)
+    new = [name for name in LINKS if name in blocks and name not in ours and name not in refused]
+    if not new and not ours:
+        name, reason = next(iter(refused.items()), ("", "is missing"))
+        raise FacewrightError(f"bones can lead no key of {skin.name}: {name or 'each'} {reason}")
     armature = of(skin) or _new_armature(head, skin)
     _let_go(skin)
     anatomy = _place(head, armature)
-    blocks = skin.data.shape_keys.key_blocks
-    missing = [name for name in LINKS if name in blocks and name not in led(skin)]
-    refused = {name: reason for name in missing if (reason := controls_carry.refusal(blocks[name]))}
-    new = [name for name in missing if name not in refused]
     controls_carry.to_bones(skin, armature, new)
-    ours = led(skin)
     for name in [name for name in LINKS if name in ours or name in new]:
         controls_drivers.drive(blocks[name], armature, bones(armature), anatomy.aims)
     armature.update_tag()
@@ -89,11 +92,29 @@ def remove(head: Head) -> None:
         del skin[CONTROLS]
 
 
+def _refused(skin: bpy.types.Object) -> dict[str, str]:
+    """Why keys that nothing of ours leads yet have to be left alone."""
+    blocks, known = skin.data.shape_keys.key_blocks, our_drivers(skin)
+    missing = [name for name in LINKS if name in blocks and name not in known]
+    return {name: reason for name in missing if (reason := controls_carry.refusal(blocks[name]))}
+
+
+def _free_side(skin: bpy.types.Object) -> str:
+    """On which side of a head a panel is in no other head."""
+    others = [other.skin for other in heads.heads(bpy.context.scene) if other.skin not in (None, skin)]
+    there = [skin.matrix_world.inverted() @ other.matrix_world.translation for other in others if other is not None]
+    beside = [place.x for place in there if abs(place.y) < _NEAR and abs(place.z) < _NEAR]
+    for side, sign in ((controls_bones.LEFT, 1.0), (controls_bones.RIGHT, -1.0)):
+        if not any(0.0 < sign * across < _WIDE for across in beside):
+            return side
+    return controls_bones.ABOVE
+
+
 def _place(head: Head, armature: bpy.types.Object) -> controls_measure.Anatomy:
     """Bones at the joints, meshes that follow them."""
     _house(head, armature)
     anatomy = controls_measure.measure(head)
-    controls_bones.place(armature, anatomy)
+    controls_bones.place(armature, anatomy, _free_side(head.parts[SKIN]))
     controls_mesh.bind(head, armature)
     controls_limits.widen(head.parts[SKIN], head.objects, armature)
     return anatomy

@@ -24,13 +24,18 @@ from .controls_layout import (
     Handle,
     axes,
 )
-from .controls_measure import Anatomy, Array
+from .controls_measure import Anatomy
 
 # Roles in the order in which bones are made: a parent before what hangs on it.
 _PARENTS = {ROOT: "", NECK: ROOT, HEAD: NECK, JAW: HEAD, EYES: ROOT, PANEL: ROOT} | dict.fromkeys(AIMS.values(), HEAD)
 _PARENTS |= {handle.role: PANEL for handle in HANDLES}
-# How far before the eyes their target is at first, and how far from the middle of the face the panel's is, metres.
-_TARGET_AWAY, _PANEL_ASIDE = 0.4, 0.23
+# How far before the eyes their target is at first, metres.
+_TARGET_AWAY = 0.4
+# Where the panel's middle is from the middle of the face, or from the top of the head, metres.
+_PANEL_ASIDE, _PANEL_ABOVE = 0.23, 0.19
+# Of an armature's data: where its panel is.
+_SIDE = "facewright_panel"
+LEFT, RIGHT, ABOVE = "left", "right", "above"
 _UP = Vector((0.0, 0.0, 1.0))
 # Groups of bones, which an artist shows and hides.
 _GROUPS = {"Head": [ROOT, NECK, HEAD, JAW, EYES], "Face Panel": [handle.role for handle in HANDLES] + [PANEL]}
@@ -42,12 +47,16 @@ _LIMITS = "Facewright Limits"
 _AIMED = "Facewright Aim"
 
 
-def place(armature: bpy.types.Object, anatomy: Anatomy) -> None:
-    """Make the bones of a head, or bring those that there are to its joints; the artist's own stay."""
+def place(armature: bpy.types.Object, anatomy: Anatomy, side: str) -> None:
+    """Make the bones of a head, or bring those that there are to its joints; the artist's own stay.
+
+    A new panel is on a side of the head: LEFT, RIGHT or ABOVE.
+    """
+    armature.data[_SIDE] = side = armature.data.get(_SIDE, side)
     names = {role: pose.name for role, pose in bones(armature).items()}
     made: dict[str, str] = {}
     with edited(armature) as found:
-        for role, (head, tail) in _places(anatomy).items():
+        for role, (head, tail) in _places(anatomy, side).items():
             bone = found.get(names.get(role, ""))
             if bone is None:
                 bone = found.new(role)
@@ -63,12 +72,12 @@ def place(armature: bpy.types.Object, anatomy: Anatomy) -> None:
     _dress(armature, new)
 
 
-def _places(anatomy: Anatomy) -> dict[str, tuple[Vector, Vector]]:
+def _places(anatomy: Anatomy, side: str) -> dict[str, tuple[Vector, Vector]]:
     """Where each bone begins and ends, in the order of making."""
     at = {name: Vector(place.tolist()) for name, place in anatomy.joints.items()}
     eyes = (at["eye_left"] + at["eye_right"]) / 2.0
     target = eyes - Vector((0.0, _TARGET_AWAY, 0.0))
-    panel = panel_place(anatomy)
+    panel = _panel_place(at, side)
     found = {
         ROOT: (at["base"] - 0.03 * _UP, at["base"]),
         NECK: (at["base"], at["skull"]),
@@ -86,11 +95,12 @@ def _places(anatomy: Anatomy) -> dict[str, tuple[Vector, Vector]]:
     return found
 
 
-def panel_place(anatomy: Anatomy) -> Vector:
-    """The middle of the panel: beside the face, on the person's left, as deep as the eyes."""
-    eyes: Array = (anatomy.joints["eye_left"] + anatomy.joints["eye_right"]) / 2.0
-    height = (anatomy.joints["eye_left"][2] + anatomy.joints["chin"][2]) / 2.0
-    return Vector((eyes[0] + _PANEL_ASIDE, eyes[1], height))
+def _panel_place(at: dict[str, Vector], side: str) -> Vector:
+    """The middle of the panel: beside the face, as deep as the eyes, or above the head."""
+    eyes = (at["eye_left"] + at["eye_right"]) / 2.0
+    if side == ABOVE:
+        return Vector((eyes.x, eyes.y, at["top"].z + _PANEL_ABOVE))
+    return Vector((eyes.x + (_PANEL_ASIDE if side == LEFT else -_PANEL_ASIDE), eyes.y, (eyes.z + at["chin"].z) / 2.0))
 
 
 @contextmanager

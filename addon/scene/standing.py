@@ -8,8 +8,12 @@ import numpy as np
 from mathutils import Vector
 from numpy.typing import NDArray
 
+from .controls_find import of
+
 # Between a new head and the one that stands farthest to the left of its subject, metres.
 BESIDE = 0.3
+# What the panel of a head's handles takes beside it.
+PANEL = 0.2
 # Between a new head and what it stands before, metres: a view from there is not blocked.
 BEFORE = 0.2
 # What is longer, in metres, is not in a head's place but around it: a room, a floor, a sky.
@@ -43,7 +47,8 @@ def free_place(
     place = scene.cursor.location.copy()
     neighbour = max(skins, key=lambda skin: skin.matrix_world.translation.x, default=None)
     if neighbour is not None:
-        place = neighbour.matrix_world.translation + Vector((BESIDE, 0.0, 0.0))
+        aside = BESIDE + (PANEL if of(neighbour) is not None else 0.0)
+        place = neighbour.matrix_world.translation + Vector((aside, 0.0, 0.0))
     head = Box(positions.min(axis=0).astype(np.float64), positions.max(axis=0).astype(np.float64))
     boxes = _in_the_way(scene, own)
     while met := [box for box in boxes if box.meets(head.at(place))]:

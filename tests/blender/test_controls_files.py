@@ -231,6 +231,40 @@ def test_the_panel_offers_what_can_be_done(generic_face: bpy.types.Object) -> No
     assert FACE.pose_controls() == {"FINISHED"} and bpy.context.mode == "POSE"
 
 
+def test_a_panel_is_in_no_other_head(clips: Clips) -> None:
+    anna = run(clips.anna)
+    add(anna)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    ben = run(clips.ben)
+    add(ben)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    select(ben)
+    bpy.ops.object.duplicate()
+    third = bpy.context.object
+    third.location.x += 0.3
+    bpy.ops.object.duplicate()
+    bpy.context.object.location.x += 0.3
+    add(third)
+    places = [(armature(s).matrix_world @ bone(s, "face_panel").bone.head_local).x for s in (anna, ben, third)]
+    across = [s.matrix_world.translation.x for s in (anna, ben, third)]
+    assert places[0] == pytest.approx(across[0] + 0.23, abs=0.01) and places[0] + 0.2 < across[1], "to the left"
+    assert places[1] == pytest.approx(across[1] + 0.23, abs=0.01)
+    assert places[2] == pytest.approx(across[2], abs=0.01), "above, where heads are on both sides"
+
+
+def test_a_face_whose_keys_are_all_animated_by_strips_is_refused(generic_face: bpy.types.Object) -> None:
+    keyed(generic_face, {1: "neutral", 20: "happiness"})
+    animation = generic_face.data.shape_keys.animation_data
+    track = animation.nla_tracks.new()
+    track.strips.new("strip", 1, animation.action)
+    animation.action = None
+    before = file_state()
+    select(generic_face)
+    with pytest.raises(RuntimeError, match="bones can lead no key of Face: jawOpen is animated by strips"):
+        FACE.add_controls()
+    assert file_state() == before
+
+
 def test_greyed_buttons_say_why(generic_face: bpy.types.Object) -> None:
     with pytest.raises(RuntimeError, match="Add Controls first"):
         FACE.remove_controls()
