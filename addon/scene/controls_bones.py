@@ -216,7 +216,8 @@ def _add_rest(pose: bpy.types.PoseBone, key: str) -> None:
     """A property for what of a key the bone's place cannot say."""
     pose[key] = 0.0
     about = f"Added to what the place of this bone gives {key}: for what the place alone cannot say"
-    pose.id_properties_ui(key).update(min=-1.0, max=1.0, soft_min=0.0, description=about)
+    # As far as sliders of keys can be set to go: Blender holds animated values within these.
+    pose.id_properties_ui(key).update(min=-10.0, max=10.0, soft_min=0.0, soft_max=1.0, description=about)
     pose.property_overridable_library_set(f'["{key}"]', True)
 
 

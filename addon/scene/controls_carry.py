@@ -104,7 +104,7 @@ def _carry(
         set_axis(pose, axis, keys, values)
         target = pose_keys.curve_of(pose.id_data, place.full_path, axis.index, pose.name)
         _copy(curves[leading], target, LINKS[leading].full)
-    elif len(curves) == 1:
+    elif len(curves) == 1 or any(curve.extrapolation != "CONSTANT" for curve in curves.values()):
         for key in values:
             _to_rest(pose, key, values[key], curves.get(key))
     else:
@@ -125,7 +125,7 @@ def _sample(
     """Two opposite keys that take turns: one axis for every frame, and what it cannot say."""
     frames = _frames(curves.values())
     columns = {key: [value] * len(frames) for key, value in values.items()}
-    columns |= {key: [min(max(curve.evaluate(f), 0.0), 1.0) for f in frames] for key, curve in curves.items()}
+    columns |= {key: [curve.evaluate(f) for f in frames] for key, curve in curves.items()}
     said = [split(keys, dict(zip(columns, row))) for row in zip(*columns.values())]
     set_axis(pose, axis, keys, values)
     for channel in (channels_of(pose, next(iter(values)))[0], *(channels_of(pose, key)[1] for key in values)):

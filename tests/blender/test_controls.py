@@ -143,6 +143,25 @@ def test_an_artists_keyframes_go_to_the_handles_and_back(generic_face: bpy.types
     assert {action.name for action in bpy.data.actions} == {action.name}
 
 
+@pytest.mark.parametrize("extrapolation", ["CONSTANT", "LINEAR"])
+def test_keyframes_that_no_handle_can_say_are_kept_too(generic_face: bpy.types.Object, extrapolation: str) -> None:
+    """A key beyond its slider's usual end, and two opposite keys at once."""
+    keys = generic_face.data.shape_keys.key_blocks
+    keys["cheekPuff"].slider_max, keys["mouthSmileLeft"].slider_min = 2.0, -1.0
+    scores = {"cheekPuff": (0.2, 1.8, 0.4), "mouthSmileLeft": (-0.5, 0.9, 0.3), "mouthFrownLeft": (0.0, 0.8, 0.9)}
+    for name, numbers in scores.items():
+        for frame, value in zip((1, 10, 20), numbers):
+            keys[name].value = value
+            keys[name].keyframe_insert("value", frame=frame)
+        module("scene.keys").key_channel(keys[name]).curve.extrapolation = extrapolation
+    whole = [float(f) for f in range(-2, 24)]
+    before = over(generic_face, whole)
+    add(generic_face)
+    assert largest(over(generic_face, whole), before) < 1e-5
+    remove(generic_face)
+    assert largest(over(generic_face, whole[3:-3]), before[3:-3]) < 1e-5
+
+
 def test_an_action_that_others_use_stays_whole(generic_face: bpy.types.Object) -> None:
     keyed(generic_face, {1: "neutral", 10: "happiness"})
     action = generic_face.data.shape_keys.animation_data.action
