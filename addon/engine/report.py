@@ -25,8 +25,8 @@ def summary(report: Report) -> list[str]:
     used, seen = sum(frame.used for frame in report.frames), 100 * report.texture.seen
     said = [f"Made from {counted(used, 'frame')}, {counted(report.points, 'point')}", *_rest(report)]
     if report.points:
-        said.append(f"Points lie {report.fit.points_median_mm:.2f} mm from the surface (median)")
-    return [*said, f"{seen:.0f} % of the skin was seen" + (", the rest is filled in" if seen < 99.5 else "")]
+        said.append(f"Points lie {report.fit.points_median_mm:.2f} mm off (median)")
+    return [*said, f"Skin: {seen:.0f} % seen" + (", rest filled in" if seen < 99.5 else "")]
 
 
 def _rest(report: Report) -> list[str]:

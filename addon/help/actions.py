@@ -93,7 +93,9 @@ def show_text(window: Any, text: Any) -> None:
         area = fresh.screen.areas[0]
         area.type = "TEXT_EDITOR"
     space = area.spaces.active
-    space.text, space.show_word_wrap, space.show_line_numbers = text, True, False
+    space.text, space.show_word_wrap = text, True
+    # It is no program.
+    space.show_line_numbers = space.show_syntax_highlight = False
 
 
 def chapter(scene: Any) -> str:

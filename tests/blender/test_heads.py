@@ -281,7 +281,7 @@ def test_the_report_counts_frames_by_the_kind_of_their_reason(clips: Clips) -> N
     sentences = ("12 % as sharp as the others", "its sharpness is 30 % of what is usual")
     frames = [frame | {"name": str(k), "reason": sentence} for k, sentence in enumerate(sentences)]
     anna["facewright_report"] = json.dumps(told | {"frames": frames})
-    assert "Made from 0 frames, 0 points 2 frames left out: blurred 0 % of" in drawn(
+    assert "Made from 0 frames, 0 points 2 frames left out: blurred Skin: 0 %" in drawn(
         "FACEWRIGHT_PT_report", object=anna
     )
 

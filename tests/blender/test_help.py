@@ -207,7 +207,7 @@ def test_frames_that_were_not_needed_are_not_called_left_out() -> None:
         "5 from a side with enough others",
         "2 frames left out: eyes closed",
     ]
-    assert "60 % of the skin was seen, the rest is filled in" in lines
+    assert "Skin: 60 % seen, rest filled in" in lines
 
 
 def test_frames_of_older_reports_are_told_apart_too() -> None:

@@ -1,7 +1,9 @@
 //! Sixteen whole numbers of sixteen bits at a time, and eight sums of thirty-two. They are exact, so the answer does not
 //! depend on the instruction set, nor on the order of sums.
 
-use crate::pyramid::{FINE_PER_WORD, Stored, WORDS_PER_GREY};
+use crate::pyramid::Stored;
+#[cfg(any(target_arch = "x86_64", doc))]
+use crate::pyramid::{FINE_PER_WORD, WORDS_PER_GREY};
 
 /// Numbers computed together.
 pub(super) const WORDS: usize = 16;
@@ -10,7 +12,9 @@ pub(super) type Sixteen = [i16; WORDS];
 /// Sums of neighbours in memory.
 type Sums = [i32; WORDS / 2];
 
+#[cfg(target_arch = "x86_64")]
 const WORD_SHIFT: i32 = WORDS_PER_GREY.trailing_zeros() as i32;
+#[cfg(target_arch = "x86_64")]
 const FINE_SHIFT: i32 = FINE_PER_WORD.trailing_zeros() as i32;
 
 /// Instructions for sixteen words.
