@@ -3,7 +3,7 @@
 //! # Entry points
 //! - [`FrameSet::open`], [`Assets::load`], [`reconstruct()`]: the whole pipeline; [`Reconstruction::write`] writes its files.
 //! - [`reconstruct_on_rig`]: the same from several cameras whose poses are known, with a clip or one photograph of each.
-//! - [`calibrate()`], [`pictures::board`], [`match_pair`], [`find_faces`], [`track()`], [`solve_motion`], [`overlay()`]: the other commands.
+//! - [`calibrate()`], [`pictures::board`], [`match_pair`], [`find_faces`], [`survey()`], [`track()`], [`solve_motion`], [`overlay()`]: the other commands.
 //! - [`pictures`] draws calibrations, matches and boards, which [`write_drawing`] writes; [`program`] is the command line.
 //!
 //! # Order of work
@@ -53,6 +53,7 @@ mod reason;
 mod reconstruct;
 mod result;
 mod size;
+mod survey;
 mod texture;
 mod track;
 
@@ -67,7 +68,9 @@ pub use assets::Assets;
 pub use camera::{CameraSource, SourcedCamera};
 pub use error::FacewrightError;
 pub use error_group::ErrorGroup;
-pub use faces::{Appearance, FaceFrame, FaceOptions, Faces, Followed, Look, Pixel, find_faces, find_faces_of};
+pub use faces::{
+    Appearance, FaceFrame, FaceOptions, Faces, Followed, Look, Pixel, check_face, find_faces, find_faces_of,
+};
 pub use files::{check_folder, write_drawing, write_json, write_text};
 pub use formats::Schema;
 pub use frames::{Frame, FrameSet, RigFrames, pictures_in, video_size};
@@ -81,6 +84,7 @@ pub use result::{
     Verdict, overlay, overlay_on_rig,
 };
 pub use size::{KnownLength, SizeOptions};
+pub use survey::{Finding, FindingKind, Survey, SurveyedFace, SurveyedFrame, survey};
 pub use track::{
     DisabledPoint, FrameTracks, MatchOptions, MatchedPair, Matches, PointGap, PointObservation, PointTrack, Region,
     TRACK_STEPS, TrackClipOptions, Tracks, match_pair, track,

@@ -62,7 +62,7 @@ impl Command {
             CoreCommand::Track(command) => Py::new(py, TrackOptions(command.options.clone()))?.into_any(),
             CoreCommand::Motion(command) => Py::new(py, MotionOptions(command.options.clone()))?.into_any(),
             CoreCommand::Reconstruct(command) => Py::new(py, ReconstructOptions(command.options.clone()))?.into_any(),
-            CoreCommand::Faces(_) | CoreCommand::Overlay(_) => return Ok(None),
+            CoreCommand::Faces(_) | CoreCommand::Survey(_) | CoreCommand::Overlay(_) => return Ok(None),
         }))
     }
 

@@ -80,6 +80,44 @@ pub fn find_faces(
     })
 }
 
+/// Look at some frames of a clip, and say whether a head can be made of it; the job's result is a Survey.
+///
+/// `frames`, `numbers`, `camera` and `face` are as for find_faces, but of one video, one folder, or pictures. A clip
+/// without a face is no error: the survey says so.
+///
+/// The job raises InputError for frames that cannot be read, CameraError for the camera of another size.
+#[pyfunction]
+#[pyo3(signature = (frames, *, assets, numbers = None, camera = None, face = None))]
+pub fn survey(
+    frames: Vec<PathBuf>,
+    assets: AssetsArgument<'_>,
+    numbers: Option<Vec<usize>>,
+    camera: Option<Or<Camera>>,
+    face: Option<(f64, f64)>,
+) -> PyResult<Job> {
+    let (given, assets) = (given(camera.as_ref(), None, None, None)?, assets.handle());
+    let options = FaceOptions { face: face.map(Into::into) };
+    Job::start(move |progress| {
+        let (inputs, known) = ((&frames[..], numbers.as_deref()), (given.camera.as_ref(), &options));
+        Ok(Output::Survey(Box::new(facewright::survey(inputs, &*assets.load()?, known, progress)?)))
+    })
+}
+
+/// Look for a face in image files, no further than the first that shows one; the job's result is None.
+///
+/// `frames` is how many frames the clip has of which these pictures are some, which the error says.
+///
+/// The job raises InputError for pictures that cannot be read, FilmError where none shows a face.
+#[pyfunction]
+#[pyo3(signature = (pictures, *, assets, frames))]
+pub fn check_face(pictures: Vec<PathBuf>, assets: AssetsArgument<'_>, frames: usize) -> PyResult<Job> {
+    let assets = assets.handle();
+    Job::start(move |progress| {
+        facewright::check_face(&pictures, frames, &assets.load()?.landmarker, progress)?;
+        Ok(Output::Nothing)
+    })
+}
+
 /// Track points of the face through image files, folders or videos; the job's result is Tracks.
 ///
 /// `frames` are in the order of time, two or more, `numbers` those that are used of one video or folder, ascending and

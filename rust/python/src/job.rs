@@ -3,6 +3,7 @@
 use crate::error::{FacewrightError, raise};
 use crate::files;
 use crate::reconstruction::{Reconstruction, vectors};
+use crate::survey::Survey;
 use facewright::FacewrightError as CoreError;
 use geometry::{Progress, ProgressSnapshot};
 use numpy::PyArray2;
@@ -19,6 +20,8 @@ const POLL: Duration = Duration::from_millis(10);
 
 /// What a job makes.
 pub enum Output {
+    /// Nothing but that it went well.
+    Nothing,
     /// JSON.
     Text(String),
     /// A camera.
@@ -27,6 +30,8 @@ pub enum Output {
     Rig(Box<facewright::CalibratedRig>),
     /// Faces in the frames of a clip.
     Faces(Box<facewright::Faces>),
+    /// What a clip shows.
+    Survey(Box<facewright::Survey>),
     /// Points of a face in many frames.
     Tracks(Box<facewright::Tracks>),
     /// The pose of a head in every frame.
@@ -46,10 +51,12 @@ impl Output {
 
     fn into_python(self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         Ok(match self {
+            Self::Nothing => py.None(),
             Self::Text(text) => text.into_pyobject(py)?.into_any().unbind(),
             Self::Camera(camera) => Py::new(py, files::Camera::new(*camera))?.into_any(),
             Self::Rig(rig) => Py::new(py, files::Rig::new(*rig))?.into_any(),
             Self::Faces(faces) => Py::new(py, files::Faces::new(*faces))?.into_any(),
+            Self::Survey(survey) => Py::new(py, Survey::new(*survey))?.into_any(),
             Self::Tracks(tracks) => Py::new(py, files::Tracks::new(*tracks))?.into_any(),
             Self::Motion(motion) => Py::new(py, files::Motion::new(*motion))?.into_any(),
             Self::Names(names) => names.into_pyobject(py)?.into_any().unbind(),

@@ -10,6 +10,7 @@ mod heads;
 mod job;
 mod options;
 mod reconstruction;
+mod survey;
 mod values;
 
 pub(crate) use error::raise;
@@ -53,6 +54,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<command::Command>()?;
     module.add_class::<job::Job>()?;
     module.add_class::<reconstruction::Reconstruction>()?;
+    module.add_class::<survey::Survey>()?;
+    module.add_class::<survey::SurveyedFrame>()?;
     module.add_function(wrap_pyfunction!(version, module)?)?;
     module.add_function(wrap_pyfunction!(check_folder, module)?)?;
     module.add_function(wrap_pyfunction!(pictures_in, module)?)?;
@@ -64,6 +67,8 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(cameras::undistort, module)?)?;
     module.add_function(wrap_pyfunction!(heads::match_pair, module)?)?;
     module.add_function(wrap_pyfunction!(heads::find_faces, module)?)?;
+    module.add_function(wrap_pyfunction!(heads::survey, module)?)?;
+    module.add_function(wrap_pyfunction!(heads::check_face, module)?)?;
     module.add_function(wrap_pyfunction!(heads::track, module)?)?;
     module.add_function(wrap_pyfunction!(heads::motion, module)?)?;
     module.add_function(wrap_pyfunction!(heads::motion_on_rig, module)?)?;

@@ -1,13 +1,13 @@
 //! Whether a long video shows a face at all, before its frames are kept.
 
 use super::clip::{FARTHEST_LOOKS, FIRST_LOOKS, THOROUGH};
-use crate::FacewrightError;
 use crate::frames::{Wanted, stream};
+use crate::{FacewrightError, FrameSet};
 use geometry::Progress;
 use image::RgbImage;
 use rayon::prelude::*;
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use vision::landmarks::FaceLandmarker;
 
 /// A face is sought in every so many frames of a long clip …
@@ -39,6 +39,29 @@ pub(crate) fn check_long_video(
     seeking.look()?;
     let frames = numbers.map_or(decoded, <[usize]>::len);
     if seeking.is_any || frames < LONG { Ok(()) } else { Err(FacewrightError::NoFace { frames }) }
+}
+
+/// Refuses pictures none of which shows a face: some of a clip that has so many frames.
+///
+/// # Errors
+/// [`FacewrightError::NoFace`]; those of reading the pictures; [`FacewrightError::Cancelled`].
+pub fn check_face(
+    pictures: &[PathBuf],
+    frames: usize,
+    landmarker: &FaceLandmarker,
+    progress: &Progress,
+) -> Result<(), FacewrightError> {
+    progress.stage("faces")?;
+    let mut seeking = Seeking { landmarker, waiting: Vec::new(), seen: 0, is_any: false };
+    let set = FrameSet::open(pictures, progress)?;
+    for frame in 0..set.len() {
+        progress.step(frame, set.len())?;
+        if seeking.see(set.load(frame)?)?.is_break() {
+            return Ok(());
+        }
+    }
+    seeking.look()?;
+    if seeking.is_any { Ok(()) } else { Err(FacewrightError::NoFace { frames }) }
 }
 
 /// Seeks a face in pictures that come one after the other.

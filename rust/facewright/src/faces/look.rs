@@ -130,20 +130,20 @@ impl Eyes<'_> {
     }
 }
 
-/// The rectangle around a face's landmarks, within the picture: `[x, y, width, height]`.
-pub fn face_box(face: &Face, picture: &RgbImage) -> [u32; 4] {
+/// The rectangle around a face's landmarks, within a picture of this width and height: `[x, y, width, height]`.
+pub(crate) fn face_box(face: &Face, (width, height): (u32, u32)) -> [u32; 4] {
     let range = |k: usize, size: u32| {
         let values = || face.points.iter().map(|p| p[k]);
         let low = values().fold(f64::MAX, f64::min).clamp(0.0, f64::from(size) - 1.0);
         let high = values().fold(f64::MIN, f64::max).clamp(0.0, f64::from(size) - 1.0);
         (low as u32, (high - low) as u32 + 1)
     };
-    let ((x, width), (y, height)) = (range(0, picture.width()), range(1, picture.height()));
+    let ((x, width), (y, height)) = (range(0, width), range(1, height));
     [x, y, width, height]
 }
 
 fn sharpness(picture: &RgbImage, face: &Face) -> f64 {
-    let [x, y, width, height] = face_box(face, picture);
+    let [x, y, width, height] = face_box(face, picture.dimensions());
     let crop = imageops::grayscale(&imageops::crop_imm(picture, x, y, width, height).to_image());
     let small = imageops::resize(&crop, SHARPNESS_SIZE, SHARPNESS_SIZE, imageops::FilterType::Triangle);
     laplacian_energy(&small)

@@ -21,12 +21,14 @@ mod select;
 mod shots;
 mod whose;
 
+pub use anywhere::check_face;
 pub(crate) use anywhere::check_long_video;
 pub use appearance::{Appearance, COVERED};
 pub use clip::{Clip, Known};
 pub use cover::uncovered;
 pub use fit::{KnownFrame, KnownHead};
 pub(crate) use fit::{LANDMARK_SIGMA_RAD, landmarks_of, observation};
+pub(crate) use look::face_box;
 pub use look::{Look, look_at};
 pub(crate) use place::Placing;
 pub use select::{Chosen, check_turn, median, qualities, yaw_pitch};

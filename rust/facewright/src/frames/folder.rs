@@ -19,7 +19,7 @@ fn is(path: &Path, extensions: &[&str]) -> bool {
 }
 
 /// The pictures that an input stands for, which is no video.
-pub(super) fn pictures_of(input: &Path) -> Result<Vec<PathBuf>, FacewrightError> {
+pub(crate) fn pictures_of(input: &Path) -> Result<Vec<PathBuf>, FacewrightError> {
     let paths = if input.is_dir() {
         pictures_in(input)?
     } else if let Some(matching) = matching(input) {

@@ -127,13 +127,17 @@ pub(crate) fn stream(
     if end.is_good { Ok(end.decoded) } else { Err(unreadable(video, &end.complaints.trim())) }
 }
 
-fn ffmpeg(video: &Path, wanted: Wanted, each_frame: &str) -> Command {
-    // A colon in the name is not a protocol.
+/// A file as ffmpeg takes it: a colon in the name is not a protocol.
+pub(super) fn file_argument(video: &Path) -> OsString {
     let mut file = OsString::from("file:");
     file.push(video);
+    file
+}
+
+fn ffmpeg(video: &Path, wanted: Wanted, each_frame: &str) -> Command {
     let mut command = Command::new("ffmpeg");
     // The film's duration is a piece of information, and each line tells of what kind it is.
-    command.args(["-nostdin", "-hide_banner", "-nostats", "-loglevel", "level+info", "-i"]).arg(file);
+    command.args(["-nostdin", "-hide_banner", "-nostats", "-loglevel", "level+info", "-i"]).arg(file_argument(video));
     command.args(["-vf", &wanted.filters(), each_frame, "passthrough"]);
     if let Wanted::Numbers(numbers) = wanted {
         command.arg("-frames:v").arg(numbers.len().to_string());
@@ -203,6 +207,24 @@ fn microseconds(text: &str) -> Option<u64> {
     seconds.filter(|seconds| *seconds >= 0.0).map(|seconds| (seconds * 1e6) as u64)
 }
 
+/// Sets a program apart from what started this one.
+pub(super) fn apart(command: &mut Command) {
+    // Ctrl-C in a terminal goes to a whole group: it is for us to say what was cancelled.
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(command, 0);
+    // Blender is no program of a console, and none is to open for ffmpeg.
+    #[cfg(windows)]
+    std::os::windows::process::CommandExt::creation_flags(command, 0x0800_0000);
+}
+
+/// Why ffmpeg was not started for a video.
+pub(super) fn not_started(video: &Path, error: &std::io::Error) -> FacewrightError {
+    match error.kind() {
+        std::io::ErrorKind::NotFound => FacewrightError::NoFfmpeg { path: video.to_owned() },
+        _ => unreadable(video, error),
+    }
+}
+
 /// Runs ffmpeg to its end, or ends it.
 fn run(
     command: &mut Command,
@@ -210,17 +232,9 @@ fn run(
     progress: &Progress,
     see: &mut (impl FnMut(RgbImage) -> Result<ControlFlow<()>, FacewrightError> + Send),
 ) -> Result<End, FacewrightError> {
-    // Ctrl-C in a terminal goes to a whole group: it is for us to say what was cancelled.
-    #[cfg(unix)]
-    std::os::unix::process::CommandExt::process_group(command, 0);
-    // Blender is no program of a console, and none is to open for ffmpeg.
-    #[cfg(windows)]
-    std::os::windows::process::CommandExt::creation_flags(command, 0x0800_0000);
+    apart(command);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    let mut child = command.spawn().map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => FacewrightError::NoFfmpeg { path: video.to_owned() },
-        _ => unreadable(video, &e),
-    })?;
+    let mut child = command.spawn().map_err(|e| not_started(video, &e))?;
     let (shown, said) = (child.stdout.take(), child.stderr.take());
     let (told, is_enough) = (Told::default(), AtomicBool::new(false));
     std::thread::scope(|scope| {

@@ -8,7 +8,7 @@
 //! [`range`] says what a measure may be, and why. A sentence names what was measured and what helps; a cause only where it was measured.
 
 mod held_out;
-mod range;
+pub(crate) mod range;
 mod silhouette;
 mod stretch;
 

@@ -16,6 +16,7 @@ mod motion;
 mod overlay;
 mod reconstruct;
 mod summary;
+mod survey;
 mod track;
 mod undistort;
 mod watch;
@@ -30,6 +31,7 @@ pub use motion::MotionCommand;
 pub use overlay::OverlayCommand;
 pub use reconstruct::ReconstructCommand;
 pub use summary::Summary;
+pub use survey::SurveyCommand;
 pub use track::TrackCommand;
 pub use undistort::UndistortCommand;
 
@@ -74,6 +76,8 @@ pub enum Command {
     Match(MatchCommand),
     /// Finds the face in the frames of a clip
     Faces(FacesCommand),
+    /// Says whether a head can be made of a clip
+    Survey(SurveyCommand),
     /// Tracks points of the face through a clip
     Track(TrackCommand),
     /// Solves for the head's pose in every frame and the positions of its points
@@ -94,6 +98,7 @@ impl Arguments {
             Command::Undistort(command) => command.run(progress),
             Command::Match(command) => command.run(&assets, progress),
             Command::Faces(command) => command.run(&assets, progress),
+            Command::Survey(command) => command.run(&assets, progress),
             Command::Track(command) => command.run(&assets, progress),
             Command::Motion(command) => command.run(&assets, progress),
             Command::Reconstruct(command) => command.run(&assets, progress),

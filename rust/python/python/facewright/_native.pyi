@@ -594,6 +594,68 @@ class Track:
     def place(self) -> tuple[float, float, float] | None:
         """Where it is on the landmarks' head at rest, head frame, metres; the artist's own points have no place."""
 
+class Survey:
+    """What a clip shows, by some of its frames: whether a head can be made of it, and what is missing."""
+
+    @property
+    def version(self) -> str:
+        """Version of Facewright."""
+    @property
+    def frames(self) -> int:
+        """How many frames the clip has, or those of its numbers that were given."""
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the pictures, pixels."""
+    @property
+    def looks(self) -> list[SurveyedFrame]:
+        """The frames that were looked at, in order."""
+    @property
+    def summary(self) -> list[str]:
+        """How far the head turns, and how many of the frames that were looked at can be used, in words."""
+    @property
+    def findings(self) -> list[tuple[str, str]]:
+        """What speaks against a reconstruction, as (word, sentence); empty for a good clip."""
+    def part(self, numbers: set[int]) -> Survey:
+        """The same of the frames with some numbers alone; nothing is looked at again."""
+    def to_json(self) -> str:
+        """All but the thumbnails as JSON, in one line."""
+
+class SurveyedFrame:
+    """A frame that was looked at."""
+
+    @property
+    def number(self) -> int:
+        """Its number in the clip, counted from 0."""
+    @property
+    def name(self) -> str:
+        """File name without extension."""
+    @property
+    def usable(self) -> bool:
+        """Whether shape and texture could be taken from it."""
+    @property
+    def reason(self) -> str:
+        """How far the head is turned, or why the frame is of no use."""
+    @property
+    def reason_kind(self) -> str:
+        """The same as a word, like `blurred`."""
+    @property
+    def rectangle(self) -> list[int] | None:
+        """The rectangle around the face: left, top, width, height, pixels; None without one."""
+    @property
+    def turn_deg(self) -> tuple[float, float, float] | None:
+        """Yaw, pitch and roll of the head, degrees: positive where the nose points to the right of the picture, where
+        it looks up, and where the crown leans to the right. None without a face.
+        """
+    @property
+    def eye_distance_px(self) -> float | None:
+        """Distance between the eyes, pixels; None without a face."""
+    @property
+    def sharpness(self) -> float | None:
+        """Sharpness of the face: compare within a clip. None without one."""
+    @property
+    def thumbnail(self) -> NDArray[np.uint8]:
+        """(height, width, 3) sRGB of the whole picture, 96 pixels wide or high, top row first."""
+
 class Matches:
     """A matches.json: corners of the face matched between two frames."""
 
@@ -1083,6 +1145,30 @@ def find_faces(
 
     The job raises InputError for frames that cannot be read, CameraError for the camera of another size, FilmError
     where no frame shows a face.
+    """
+
+def survey(
+    frames: Sequence[Path],
+    *,
+    assets: Assets | Path,
+    numbers: Sequence[int] | None = None,
+    camera: Camera | str | None = None,
+    face: tuple[float, float] | None = None,
+) -> Job[Survey]:
+    """Look at some frames of a clip, and say whether a head can be made of it; the job's result is a Survey.
+
+    `frames`, `numbers`, `camera` and `face` are as for find_faces, but of one video, one folder, or pictures. A clip
+    without a face is no error: the survey says so.
+
+    The job raises InputError for frames that cannot be read, CameraError for the camera of another size.
+    """
+
+def check_face(pictures: Sequence[Path], *, assets: Assets | Path, frames: int) -> Job[None]:
+    """Look for a face in image files, no further than the first that shows one; the job's result is None.
+
+    `frames` is how many frames the clip has of which these pictures are some, which the error says.
+
+    The job raises InputError for pictures that cannot be read, FilmError where none shows a face.
     """
 
 def track(

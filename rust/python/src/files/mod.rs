@@ -48,13 +48,13 @@ fn rows<'py, const N: usize>(py: Python<'py>, rows: &[[f64; N]]) -> Rows<'py> {
 }
 
 /// What the file's text is.
-fn json(value: &impl Serialize) -> String {
+pub(crate) fn json(value: &impl Serialize) -> String {
     // Our own types have string keys: serialisation cannot fail.
     serde_json::to_string(value).unwrap_or_default()
 }
 
 /// The name that a value has in files.
-fn word(value: &impl Serialize) -> String {
+pub(crate) fn word(value: &impl Serialize) -> String {
     json(value).trim_matches('"').to_owned()
 }
 
