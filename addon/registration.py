@@ -36,6 +36,17 @@ from .calibrate.panel import (
     draw_clip_menu,
 )
 from .calibrate.properties import FacewrightBoardPicture, FacewrightCamera
+from .clip.actions import stop_looking
+from .clip.operators import (
+    FACEWRIGHT_FH_clip,
+    FACEWRIGHT_OT_frames_from_timeline,
+    FACEWRIGHT_OT_open_clip,
+    FACEWRIGHT_OT_open_recent_clip,
+    FACEWRIGHT_OT_pick_frame,
+    FACEWRIGHT_OT_survey,
+    FACEWRIGHT_OT_use_all_frames,
+)
+from .clip.panel import FACEWRIGHT_MT_recent_clips, FACEWRIGHT_PT_frames
 from .controls.operators import (
     FACEWRIGHT_OT_add_controls,
     FACEWRIGHT_OT_pose_controls,
@@ -75,7 +86,7 @@ from .reconstruct.panel import (
     FACEWRIGHT_PT_report,
     draw_menu,
 )
-from .reconstruct.properties import FacewrightClip
+from .reconstruct.properties import FacewrightClip, FacewrightPicture
 from .rig.operators import (
     FACEWRIGHT_OT_add_rig_folder,
     FACEWRIGHT_OT_calibrate_rig,
@@ -108,6 +119,7 @@ CLASSES: tuple[type, ...] = (
     FacewrightRigFolder,
     FacewrightRig,
     FacewrightPerson,
+    FacewrightPicture,
     FacewrightClip,
     FacewrightTrack,
     FacewrightMotion,
@@ -136,6 +148,14 @@ CLASSES: tuple[type, ...] = (
     FACEWRIGHT_OT_save_rig,
     FACEWRIGHT_OT_forget_rig,
     FACEWRIGHT_OT_choose_rig_camera,
+    FACEWRIGHT_OT_survey,
+    FACEWRIGHT_OT_pick_frame,
+    FACEWRIGHT_OT_frames_from_timeline,
+    FACEWRIGHT_OT_use_all_frames,
+    FACEWRIGHT_OT_open_clip,
+    FACEWRIGHT_OT_open_recent_clip,
+    FACEWRIGHT_FH_clip,
+    FACEWRIGHT_MT_recent_clips,
     FACEWRIGHT_OT_reconstruct,
     FACEWRIGHT_OT_expression,
     FACEWRIGHT_OT_reset_keys,
@@ -169,6 +189,7 @@ CLASSES: tuple[type, ...] = (
     FACEWRIGHT_UL_heads,
     FACEWRIGHT_PT_heads,
     FACEWRIGHT_PT_clip,
+    FACEWRIGHT_PT_frames,
     FACEWRIGHT_PT_advanced,
     FACEWRIGHT_PT_report,
     FACEWRIGHT_PT_expressions,
@@ -211,6 +232,7 @@ def register() -> None:
 
 
 def unregister() -> None:
+    stop_looking()
     cli.unregister()
     running.unregister()
     older_files.unregister()

@@ -21,12 +21,15 @@ from facewright import (
     ReconstructOptions,
     Report,
     Rig,
+    Survey,
+    SurveyedFrame,
     TrackOptions,
     Tracks,
     UsageError,
 )
 from facewright import calibrate as _calibrate
 from facewright import calibrate_rig as _calibrate_rig
+from facewright import check_face as _check_face
 from facewright import check_folder as check_folder
 from facewright import generic_head as _generic_head
 from facewright import motion as _motion
@@ -36,6 +39,7 @@ from facewright import reconstruct as _reconstruct
 from facewright import run as _run
 from facewright import save_board as save_board
 from facewright import save_calibration_picture as save_calibration_picture
+from facewright import survey as _survey
 from facewright import track as _track
 from facewright import video_size as video_size
 from numpy.typing import NDArray
@@ -54,12 +58,15 @@ __all__ = [
     "Reconstruction",
     "Report",
     "Rig",
+    "Survey",
+    "SurveyedFrame",
     "TrackOptions",
     "Tracks",
     "UsageError",
     "assets_folder",
     "calibrate",
     "calibrate_rig",
+    "check_face",
     "check_folder",
     "generic_head",
     "parse_command",
@@ -69,6 +76,7 @@ __all__ = [
     "save_board",
     "save_calibration_picture",
     "solve_motion",
+    "survey",
     "track",
     "use_assets",
     "video_size",
@@ -130,6 +138,19 @@ def reconstruct(
     """
     given = {"camera": camera, "faces": faces, "tracks": tracks, "motion": motion}
     return _reconstruct(list(frames), numbers=numbers, assets=_assets(assets_folder()), **given, options=options)
+
+
+def survey(frames: Sequence[str], *, numbers: Sequence[int] | None = None, camera: str | None = None) -> Job[Survey]:
+    """Start to look at some of a clip's image files, or of the frames of a video that have these numbers.
+
+    `camera` is the text of a camera.json.
+    """
+    return _survey(list(frames), numbers=numbers, assets=_assets(assets_folder()), camera=camera)
+
+
+def check_face(pictures: Sequence[str], frames: int) -> Job[None]:
+    """Start to look for a face in some pictures of a clip of so many frames; the job refuses those without one."""
+    return _check_face(list(pictures), assets=_assets(assets_folder()), frames=frames)
 
 
 def track(

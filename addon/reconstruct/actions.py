@@ -12,7 +12,6 @@ from ..engine import (
     ReconstructOptions,
     Tracks,
     check_folder,
-    pictures_in,
     reconstruct,
 )
 from ..engine.report import parse as parse_report
@@ -21,18 +20,11 @@ from ..jobs import Work, watch
 from ..scene import controls, face_tracks, heads, motion_rig, portrait, track_reading, video, view
 from ..scene import head as scene_head
 from ..scene.heads import NEW, Head
+from ..scene.source import Source, images, length, numbers, overlap, spans
 
 # Choices of the texture's width and height, pixels.
 TEXTURE_SIZES = (1024, 2048, 4096)
 NO_MARKERS = "no movie clip of this file has the face's tracks: track the face in the Clip editor"
-
-
-@dataclass(frozen=True)
-class Source:
-    """The frames of a clip: an absolute path, and the first and last frame to use (None: all)."""
-
-    path: str
-    span: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True)
@@ -80,11 +72,11 @@ def check(source: Source) -> None:
 
 def _reconstructed(source: Source, settings: Settings) -> Work[Reconstruction]:
     if video.is_video(source.path):
-        numbers = _numbers(source)
-        frames = yield from video.opened(source.path, numbers)
-        names = [video.frame_name(number) for number in numbers]
+        wanted = numbers(source)
+        frames = yield from video.opened(source.path, wanted, of_face=not settings.faces)
+        names = [video.frame_name(number) for number in wanted]
     else:
-        frames = video.Frames(_images(source))
+        frames = video.Frames(images(source))
         names = [Path(frame).stem for frame in frames.paths]
     with frames:
         job = reconstruct(
@@ -105,27 +97,6 @@ def _tracks(tracks: Tracks, names: list[str]) -> Tracks:
     if not len(tracks):
         raise FacewrightError("the markers are in none of these frames: use other frames, or turn Use Markers off")
     return tracks
-
-
-def _numbers(source: Source) -> range:
-    count = video.frame_count(source.path)
-    if count == 0:
-        raise FacewrightError(f"{source.path} cannot be read as a video")
-    first, last = source.span or (0, count - 1)
-    if first >= count:
-        raise FacewrightError(f"the clip has {count} frames, counted from 0: frame {first} is beyond its end")
-    return range(first, min(last, count - 1) + 1)
-
-
-def _images(source: Source) -> list[str]:
-    path = Path(source.path)
-    folder = path if path.is_dir() else path.parent
-    images = [str(picture) for picture in pictures_in(folder)]
-    if not images:
-        raise FacewrightError(f"{folder} holds no frames: PNG, JPEG, TIFF, BMP or WebP")
-    if source.span is not None:
-        images = images[source.span[0] : source.span[1] + 1]
-    return images
 
 
 def place(scene: Any, result: Reconstruction, clip: str, wanted: str = "", collection: Any = None) -> Any:
@@ -194,13 +165,16 @@ def choose_texture(settings: Any, number: int) -> None:
 def meet_clip(scene: Any, path: str) -> None:
     """Count the frames of a clip that was chosen, by its absolute path, and choose its head.
 
-    The part that is used begins as all of it, unless the artist has set another. Another clip may show another person:
-    choose anew, unless it is the one that the chosen head was made from.
+    No frame of it is left out, and of a folder all pictures are used. The part that is used begins as all of it, unless
+    the artist has set another. Another clip may show another person: choose anew, unless it is the one that the chosen
+    head was made from.
     """
     settings = scene.facewright_clip
     usual = settings.bl_rna.properties
     untouched = {(usual["first"].default, usual["last"].default), (0, settings.frames - 1)}
-    settings.frames = _count(path)
+    settings.pictures.clear()
+    settings.left_out = ""
+    settings.frames = length(Source(path))
     if settings.frames and not settings.use_range and (settings.first, settings.last) in untouched:
         settings.first, settings.last = 0, settings.frames - 1
     head = heads.of_key(_local(scene), settings.wanted)
@@ -215,22 +189,14 @@ def length_line(settings: Any) -> tuple[str, bool] | None:
         return None
     if count == 0:
         return "No frames there: choose a video, or a folder of pictures", False
-    used = min(settings.last, count - 1) - settings.first + 1
-    if settings.use_range and used < 2:
+    first, last = (settings.first, min(settings.last, count - 1)) if settings.use_range else (0, count - 1)
+    if settings.use_range and last - first < 1:
         return f"The clip has {count} frames, 0 to {count - 1}", False
-    return (f"{used} of {count} frames" if settings.use_range else f"{count} frames"), True
-
-
-def _count(path: str) -> int:
-    """Number of a clip's frames; 0 for what is none."""
-    if not path or not Path(path).exists():
-        return 0
-    if video.is_video(path):
-        return video.frame_count(path)
-    try:
-        return len(_images(Source(path)))
-    except FacewrightError:
-        return 0
+    used = last - first + 1 - len(overlap(spans(settings.left_out), first, last))
+    if used < 1:
+        return "Every frame is left out: take some of them in again", False
+    what = "pictures" if settings.pictures else "frames"
+    return (f"{used} of {count} {what}" if used < count else f"{count} {what}"), True
 
 
 def _choice(head: Head) -> tuple[str, str, str]:

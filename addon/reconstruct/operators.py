@@ -10,6 +10,7 @@ from ..modal import WorkOperator, in_object_mode
 from ..options import BLEND_RELATIVE
 from ..running import idle
 from ..scene.growing import Growing
+from ..scene.source import source_of
 from . import actions
 
 
@@ -48,12 +49,11 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
         # An update is not drawn: the head that is there would be in its place.
         is_new = actions.makes_new(context.scene, clip.path, clip.wanted)
         self._growing = Growing(context.scene) if is_new and not bpy.app.background else None
-        path = bpy.path.abspath(clip.path)
-        source = actions.Source(path, (clip.first, clip.last) if clip.use_range else None)
+        source = source_of(clip)
         settings = actions.Settings(
             camera=context.scene.facewright_camera.text or None,
             output=self._folder(context),
-            tracks=actions.markers(path) if clip.use_markers else None,
+            tracks=actions.markers(source.path) if clip.use_markers else None,
             options=actions.options_of(clip, context.scene.facewright_person),
         )
         return actions.reconstructed(source, settings)
@@ -73,6 +73,8 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
         before = set(context.scene.objects)
         face = actions.place(context.scene, result, self._made_of, self._wanted, context.collection)
         actions.show(context.view_layer, face)
+        # The frames have done their work: what follows is the head's.
+        context.scene.facewright_clip.show_frames = False
         made, further = actions.report_lines(result.report)[:1], actions.next_step(face not in before)
         if face not in before and not bpy.app.background:
             actions.present(context.window)

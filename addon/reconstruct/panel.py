@@ -2,6 +2,7 @@
 
 import bpy
 
+from ..clip.operators import FACEWRIGHT_OT_open_clip
 from ..help.operators import FACEWRIGHT_OT_open_report
 from ..modal import draw_pupils
 from ..running import Running, draw_progress, draw_said, draw_text
@@ -21,17 +22,15 @@ class FACEWRIGHT_PT_clip(Side, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, clip = self.layout, context.scene.facewright_clip
+        row = layout.row(align=True)
+        row.operator(FACEWRIGHT_OT_open_clip.bl_idname, text="Open Clip…", icon="FILE_MOVIE")
+        row.menu("FACEWRIGHT_MT_recent_clips", text="", icon="DOWNARROW_HLT")
         layout.prop(clip, "path", text="", placeholder="Video or folder")
         text, is_usable = actions.length_line(clip) or ("", True)
         if not is_usable:
             draw_text(layout, context, text, icon="ERROR")
         elif text:
             layout.label(text=text)
-        layout.prop(clip, "use_range")
-        if clip.use_range:
-            row = layout.row(align=True)
-            row.prop(clip, "first")
-            row.prop(clip, "last")
         if len(choices := actions.choices(context.scene)) > 1:
             layout.label(text=choices[actions.chosen(context.scene)][1], icon="FILE_REFRESH")
         # The bar takes the button's place: a button under a resting mouse would stay grey after the work.

@@ -4,6 +4,8 @@ from typing import Any
 
 import bpy
 
+from ..clip.actions import look_soon
+from ..clip.options import CLICKS
 from ..options import BLEND_RELATIVE
 from . import actions
 
@@ -17,6 +19,19 @@ def _heads(clip: Any, _context: bpy.types.Context | None) -> list[tuple[str, str
     return [(name, label, about, number) for number, (name, label, about) in enumerate(kept)]
 
 
+def _meet(clip: Any) -> None:
+    """Another clip was chosen."""
+    clip.show_frames = True
+    actions.meet_clip(clip.id_data, bpy.path.abspath(clip.path))
+    look_soon(clip)
+
+
+class FacewrightPicture(bpy.types.PropertyGroup):
+    """A picture of the clip's folder, by its file's name."""
+
+    name: bpy.props.StringProperty(name="Picture")
+
+
 class FacewrightClip(bpy.types.PropertyGroup):
     """The frames a head is made from."""
 
@@ -25,7 +40,12 @@ class FacewrightClip(bpy.types.PropertyGroup):
         description="A video, a folder of frames, or the first image of a sequence",
         subtype="FILE_PATH",
         options=BLEND_RELATIVE,
-        update=lambda self, _context: actions.meet_clip(self.id_data, bpy.path.abspath(self.path)),
+        update=lambda self, _context: _meet(self),
+    )
+    # Of a folder these pictures and no others, in this order; all where none is named.
+    pictures: bpy.props.CollectionProperty(type=FacewrightPicture, options={"HIDDEN"})
+    left_out: bpy.props.StringProperty(
+        name="Left Out", description="Frames that are not used, counted from 0: 12-40,77", options={"HIDDEN"}
     )
     # How many frames the clip has, counted when it is chosen: 0 where none can be read, -1 in files of older versions.
     frames: bpy.props.IntProperty(default=-1, options={"HIDDEN"})
@@ -41,6 +61,12 @@ class FacewrightClip(bpy.types.PropertyGroup):
     wanted: bpy.props.StringProperty(options={"HIDDEN"})
     use_range: bpy.props.BoolProperty(
         name="Part of the Clip", description="Use only some of the clip's frames", default=False
+    )
+    show_frames: bpy.props.BoolProperty(
+        name="Frames", description="Show the clip's frames, and what of it is used", default=True
+    )
+    click: bpy.props.EnumProperty(
+        name="Click", description="What a click on a frame does", items=CLICKS, options={"SKIP_SAVE"}
     )
     first: bpy.props.IntProperty(name="First", description="First frame used, counted from 0", default=0, min=0)
     last: bpy.props.IntProperty(name="Last", description="Last frame used, counted from 0", default=250, min=0)

@@ -4,6 +4,7 @@ Either way they have the names of `frame_name` and are the same pictures. The ar
 """
 
 import ctypes
+import math
 import mmap
 import os
 import struct
@@ -18,12 +19,16 @@ from typing import TypeVar
 
 import bpy
 
-from ..engine import FacewrightError, Progress, video_size
+from ..engine import FacewrightError, Progress, check_face, video_size
 
 # Part of a bar that decoding here takes, before the library's work on the frames.
 DECODING = 0.15
 # Time that decoding here takes before others have their turn: Esc must not wait longer.
 STEP_SECONDS = 0.05
+# As the library does it, a face is sought in so many frames at least, and at least in every so many …
+LOOKS, FARTHEST = 64, 12
+# … of which so many are looked at together.
+TOGETHER = 4
 # The number of a process's standard output.
 OUTPUT = 1
 # Videos made of boxes, which tell the shape of a pixel.
@@ -100,11 +105,14 @@ class Frames:
             work.close()
 
 
-def opened(path: str, numbers: Iterable[int]) -> Generator[Progress, None, Frames]:
-    """Frames of a video for the library, which decodes them itself where it can; else they are decoded here."""
+def opened(path: str, numbers: Iterable[int], of_face: bool = False) -> Generator[Progress, None, Frames]:
+    """Frames of a video for the library, which decodes them itself where it can; else they are decoded here.
+
+    Those that are to show a face are refused, as soon as it is known, where none does.
+    """
     if is_decoded_by_library(path):
         return Frames([path], list(numbers))
-    folder = yield from decode(path, numbers)
+    folder = yield from decode(path, numbers, of_face)
     return Frames([str(file) for file in sorted(Path(folder.name).iterdir())], folder=folder)
 
 
@@ -119,14 +127,16 @@ def is_decoded_by_library(path: str) -> bool:
         bpy.data.movieclips.remove(clip)
 
 
-def decode(path: str, numbers: Iterable[int]) -> Generator[Progress, None, tempfile.TemporaryDirectory[str]]:
+def decode(
+    path: str, numbers: Iterable[int], of_face: bool = False
+) -> Generator[Progress, None, tempfile.TemporaryDirectory[str]]:
     """Write frames of a video as pictures into a temporary folder; each step of the generator takes a moment."""
     folder = tempfile.TemporaryDirectory(prefix="facewright-")
     scene = bpy.data.scenes.new("Facewright decoding")
     try:
         _set_up(scene, path)
         wanted, until = list(numbers), 0.0
-        for done, number in enumerate(wanted):
+        for done, number in enumerate(_order(wanted, Path(folder.name), of_face)):
             if time.monotonic() >= until:
                 yield Progress("decode", DECODING * done / len(wanted))
                 until = time.monotonic() + STEP_SECONDS
@@ -140,12 +150,38 @@ def decode(path: str, numbers: Iterable[int]) -> Generator[Progress, None, tempf
         bpy.data.scenes.remove(scene)
 
 
+def _order(wanted: list[int], folder: Path, of_face: bool) -> Iterator[int]:
+    """The order in which frames are decoded; those in which a face is sought first, if one is."""
+    if of_face:
+        yield from _sought(wanted, folder)
+    yield from (number for number in wanted if not _picture(folder, number).exists())
+
+
+def _sought(wanted: list[int], folder: Path) -> Iterator[int]:
+    """Frames as far as to the first that shows a face; when the next one is asked for, those before are decoded."""
+    between = min(math.ceil(len(wanted) / LOOKS), FARTHEST)
+    some = wanted[:: math.ceil(between / 2)]
+    for begin in range(0, len(some), TOGETHER):
+        together = some[begin : begin + TOGETHER]
+        yield from together
+        try:
+            check_face([str(_picture(folder, number)) for number in together], len(wanted)).result()
+            return
+        except FacewrightError as error:
+            if error.kind != "no_face" or together[-1] == some[-1]:
+                raise
+
+
+def _picture(folder: Path, number: int) -> Path:
+    return folder / f"{frame_name(number)}.bmp"
+
+
 def _write(scene: bpy.types.Scene, number: int, folder: Path) -> None:
     """Render one frame. As an animation of one frame: a still of a scene that is in no window shows a stale frame."""
     scene.frame_start = scene.frame_end = number + 1
     scene.render.filepath = str(folder / "scene_######")
     bpy.ops.render.render(animation=True, scene=scene.name)
-    (folder / f"scene_{number + 1:06d}.bmp").rename(folder / f"{frame_name(number)}.bmp")
+    (folder / f"scene_{number + 1:06d}.bmp").rename(_picture(folder, number))
 
 
 @contextmanager

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from conftest import snapshot
 from numpy.typing import NDArray
-from tracking import module
+from tracking import Finished, module
 
 # Frame n of a film is of the level 30 + 2 n.
 LEVELS = "color=black:s=64x48:r=30:d=3,geq=lum='30+2*N':cb=128:cr=128"
@@ -179,7 +179,8 @@ def test_decoding_is_part_of_the_one_bar(tmp_path: Path, no_ffmpeg: Callable[[],
             seen.setdefault(progress.stage, []).append(last)
             time.sleep(0.001)
     assert len(set(seen["decode"])) >= 3 and max(seen["decode"]) < 0.3
-    assert min(seen["faces"]) >= max(seen["decode"])
+    # Blender's frames are looked at as they are decoded.
+    assert min(seen.get("faces", [1.0])) >= max(seen["decode"]) and is_there == ("faces" in seen)
 
 
 @pytest.mark.parametrize("command", ["reconstruct", "track"])
@@ -241,3 +242,44 @@ def test_a_long_film_without_a_face_is_refused_before_it_is_kept(tmp_path: Path,
     taken = time.process_time() - began
     print(f"1300 frames refused in {taken:.1f} s of work")
     assert taken < 30.0
+
+
+def test_without_ffmpeg_a_film_without_a_face_is_refused_by_some_of_its_frames(
+    tmp_path: Path, no_ffmpeg: Callable[[], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "film.mp4"
+    ffmpeg("testsrc2=s=64x48:r=50:d=15", path, [*H264[:2], "-preset", "ultrafast"])
+    no_ffmpeg()
+    video, decoded = module("scene.video"), []
+    write = video._write
+    monkeypatch.setattr(video, "_write", lambda scene, n, folder: (decoded.append(n), write(scene, n, folder)))
+    clip = bpy.data.movieclips.load(str(path))
+    before = snapshot()
+    with pytest.raises(module("engine").FacewrightError, match="no face was found in any of the 750 frames: film"):
+        module("jobs").wait(started("reconstruct", clip))
+    assert decoded == list(range(0, 750, 6)), "no more than the library would glance at"
+    assert snapshot() == before
+
+
+def test_without_ffmpeg_frames_are_decoded_once_though_a_face_is_sought_first(
+    tmp_path: Path, no_ffmpeg: Callable[[], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "film.mp4"
+    ffmpeg("testsrc2=s=64x48:r=50:d=4", path, [*H264[:2], "-preset", "ultrafast"])
+    no_ffmpeg()
+    video, decoded, asked = module("scene.video"), [], []
+    write = video._write
+    monkeypatch.setattr(video, "_write", lambda scene, n, folder: (decoded.append(n), write(scene, n, folder)))
+
+    def check_face(pictures: list[str], frames: int) -> Finished:
+        asked.append((pictures, frames))
+        is_any = any(picture.endswith("frame_000016.bmp") for picture in pictures)
+        return Finished(fails=None if is_any else error)
+
+    error = module("engine").FacewrightError("no face")
+    error.kind = "no_face"
+    monkeypatch.setattr(video, "check_face", check_face)
+    with module("jobs").wait(video.opened(str(path), range(4, 200), of_face=True)) as frames:
+        assert [Path(file).stem for file in frames.paths] == [video.frame_name(number) for number in range(4, 200)]
+    assert sorted(decoded) == list(range(4, 200)) and decoded[:9] == [4, 6, 8, 10, 12, 14, 16, 18, 5]
+    assert [count for _, count in asked] == [196, 196]

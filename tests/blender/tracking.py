@@ -156,6 +156,9 @@ class Layout:
         assert getattr(getattr(bpy.ops, category), call).get_rna_type()
         return SimpleNamespace()
 
+    def menu(self, name: str, **_more: Any) -> None:
+        assert hasattr(bpy.types, name)
+
     def label(self, text: str = "", **_more: Any) -> None:
         self.said.append(text)
 

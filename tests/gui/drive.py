@@ -24,6 +24,7 @@ CLIP_FIELD = 'bpy.data.scenes["Scene"].facewright_clip.path'
 ADD_CONTROLS = "bpy.ops.facewright.add_controls()"
 # How far a handle is dragged, pixels.
 DRAG = 12
+CLICK = 'bpy.data.scenes["Scene"].facewright_clip.click'
 HAPPINESS = 'bpy.ops.facewright.expression(name="happiness")'
 # Far beyond what a run takes on a slow machine.
 RUN_SECONDS = 600
@@ -98,6 +99,30 @@ def one_click_makes_a_head_that_one_undo_takes_away(session: Session) -> None:
     undo(session, "ctrl+z", before)
     session.picture("undone")
     undo(session, "ctrl+shift+z", made)
+
+
+def frames_are_chosen_with_the_eyes(session: Session) -> None:
+    session.wait("the clip is looked at unasked", ANSWER_SECONDS, lambda s: s["clip"]["looked"])
+    session.picture_of_editor("frames")
+    pick(session, 3)
+    session.wait("the part begins there", ANSWER_SECONDS, lambda s: s["clip"]["part"] == [3, 20])
+    session.click_button(CLICK, (0.85,))
+    pick(session, 10)
+    session.wait("its stretch is left out", ANSWER_SECONDS, lambda s: s["clip"]["left_out"] == "10")
+    pick(session, 16)
+    session.wait("so is another", ANSWER_SECONDS, lambda s: s["clip"]["left_out"] == "10,16")
+    pick(session, 16)
+    session.wait("it is taken in again", ANSWER_SECONDS, lambda s: s["clip"]["left_out"] == "10")
+    session.glance()
+    session.picture_of_editor("frames-chosen")
+    made = finish(session, RECONSTRUCT)
+    expect(made["clip"]["given"] == [17], f"the head is made from {made['clip']['given']} frames")
+    session.picture_of_editor("frames-folded")
+
+
+def pick(session: Session, number: int) -> None:
+    """Click on a frame of the strip."""
+    session.click_button(f"bpy.ops.facewright.pick_frame(number={number})", (0.1, 0.3, 0.5, 0.7, 0.9))
 
 
 def an_expression_is_a_click_and_an_undo_step(session: Session) -> None:
@@ -392,6 +417,7 @@ TESTS: dict[str, list[Test]] = {
     "VIEW_3D": [
         esc_changes_nothing,
         one_click_makes_a_head_that_one_undo_takes_away,
+        frames_are_chosen_with_the_eyes,
         an_expression_is_a_click_and_an_undo_step,
         a_handle_is_dragged_and_its_key_moves,
         a_second_person_is_a_second_head,

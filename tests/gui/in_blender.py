@@ -78,12 +78,25 @@ def shown() -> dict[str, Any]:
         "looks": [look(area.spaces.active.region_3d) for area in areas("VIEW_3D")],
         "smiles": smiles(),
         "handle": handle(),
+        "clip": chosen(),
         "head": bpy.context.scene.facewright_clip.head,
         "mode": bpy.context.mode,
         "colours": [area.spaces.active.shading.color_type for area in areas("VIEW_3D")],
         "heads_seen": [seen(area) for area in areas("VIEW_3D")],
         "camera": bpy.context.scene.camera.name if bpy.context.scene.camera else "",
         "views": [area.spaces.active.region_3d.view_perspective for area in areas("VIEW_3D")],
+    }
+
+
+def chosen() -> dict[str, Any]:
+    """What of the clip is used, whether it was looked at, and how many frames the heads were given."""
+    settings = bpy.context.scene.facewright_clip
+    skins = [obj for obj in bpy.data.objects if obj.get("facewright_part") == "skin"]
+    return {
+        "part": [settings.first, settings.last] if settings.use_range else None,
+        "left_out": settings.left_out,
+        "looked": importlib.import_module(f"{PACKAGE}.clip.actions").strip_of(settings) is not None,
+        "given": [len(json.loads(skin["facewright_report"])["frames"]) for skin in skins],
     }
 
 

@@ -6,7 +6,7 @@ import signal
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +20,8 @@ START_SECONDS = 120
 ANSWER_SECONDS = 60
 # The side bar is searched in steps smaller than a button is high.
 SEARCH_STEP = 12
+# Where in its width.
+COLUMNS = (0.3, 0.7, 0.87)
 
 
 class Unexpected(Exception):
@@ -113,16 +115,18 @@ class Session:
         fresh.replace(self._question)
         return self.wait("Blender tells what there is", ANSWER_SECONDS, lambda s: s["answered"] == self._questions)
 
-    def click_button(self, command: str) -> None:
+    def click_button(self, command: str, columns: Sequence[float] = COLUMNS) -> None:
         """Find a button and click it."""
-        self.point_at_button(command)
+        self.point_at_button(command, columns)
         self.desktop.click()
 
-    def point_at_button(self, command: str) -> tuple[int, int]:
-        """Find a button by moving the mouse down the editor's side bar, as the eye would; gives its place."""
+    def point_at_button(self, command: str, columns: Sequence[float] = COLUMNS) -> tuple[int, int]:
+        """Find a button by moving the mouse down the editor's side bar, as the eye would, in parts of its width.
+
+        Gives its place.
+        """
         left, top, width, height = self.rectangle("side_bar")
-        # The last is where the buttons beside a list are.
-        for column in (0.3, 0.7, 0.87):
+        for column in columns:
             for y in range(top + SEARCH_STEP, top + height, SEARCH_STEP):
                 place = int(left + column * width), y
                 self.desktop.point(*place)

@@ -1,0 +1,1 @@
+"""The clip, chosen with the eyes."""

@@ -1,0 +1,323 @@
+"""What the buttons around the choice of a clip do."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from ..engine import FacewrightError, Survey, SurveyedFrame, pictures_in, survey
+from ..jobs import POLL_SECONDS, Work, watch
+from ..scene import footage, recent_clips, source, video
+from ..scene.source import Source, source_of
+from ..scene.thumbnails import Fate, Thumbnails
+
+# So many frames are shown of those that were looked at …
+SHOWN = 15
+# … and so many are looked at where Blender itself decodes them, which takes a second.
+DECODED_HERE = 16
+# Surveys that are kept, of the clips that were looked at last.
+KEPT = 4
+
+
+@dataclass
+class Strip:
+    """A clip that was looked at: its survey, and the frames of it that are shown."""
+
+    survey: Survey
+    # The clip's numbers of the frames that were looked at, where the survey counts others.
+    numbers: list[int] | None = None
+    thumbnails: Thumbnails = field(default_factory=Thumbnails)
+    checked: dict[Any, Survey] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        # Each native look has its picture with it.
+        self.looks = self.survey.looks
+
+    def number(self, look: SurveyedFrame) -> int:
+        """The clip's number of a frame that was looked at."""
+        return self.numbers[look.number] if self.numbers is not None else look.number
+
+    def shown(self) -> list[SurveyedFrame]:
+        """Frames spread over those that were looked at, with the first and the last."""
+        count = min(SHOWN, len(self.looks))
+        return [self.looks[round(k * (len(self.looks) - 1) / max(count - 1, 1))] for k in range(count)]
+
+    def stretch(self, number: int) -> tuple[int, int]:
+        """The frames that a shown one stands for: up to the middle between it and its neighbours."""
+        shown = [self.number(look) for look in self.shown()]
+        place = shown.index(number)
+        before = shown[place - 1] if place > 0 else None
+        after = shown[place + 1] if place + 1 < len(shown) else None
+        first = number if before is None else (before + number) // 2 + 1
+        last = number if after is None else (number + after) // 2
+        return first, last
+
+    def part(self, frames: Source) -> Survey:
+        """What those of the frames show that are used."""
+        key = (frames.span, frames.left_out)
+        if key not in self.checked:
+            wanted = {look.number for look in self.looks if frames.is_used(self.number(look))}
+            self.checked = {key: self.survey.part(wanted)}
+        return self.checked[key]
+
+
+Key = tuple[str, tuple[str, ...]]
+_strips: dict[Key, Strip] = {}
+# The clip that is being looked at unasked.
+_looking: list[Key] = []
+
+
+def strip_of(settings: Any) -> Strip | None:
+    """The chosen clip as it was looked at, if it was."""
+    return _strips.get(_key(settings))
+
+
+def is_looking(settings: Any) -> bool:
+    """Whether the chosen clip is being looked at unasked."""
+    return _key(settings) in _looking
+
+
+def _key(settings: Any) -> Key:
+    return bpy.path.abspath(settings.path), tuple(picture.name for picture in settings.pictures)
+
+
+def surveyed(frames: Source, camera: str | None) -> Work[Strip]:
+    """Look at frames spread over a clip, or over its part alone where that is given."""
+    if source.length(frames) == 0:
+        raise FacewrightError("no frames there: choose a video, or a folder of pictures")
+    return _surveyed(frames, camera)
+
+
+def _surveyed(frames: Source, camera: str | None) -> Work[Strip]:
+    if not video.is_video(frames.path):
+        numbers = [number for number in range(source.length(frames)) if frames.is_used(number)]
+        return Strip((yield from watch(survey(source.images(frames), camera=camera))), numbers)
+    numbers = source.numbers(frames)
+    if video.is_decoded_by_library(frames.path):
+        return Strip((yield from watch(survey([frames.path], numbers=numbers, camera=camera))))
+    some = spread(numbers, DECODED_HERE)
+    with (yield from video.opened(frames.path, some)) as decoded:
+        return Strip((yield from decoded.behind(watch(survey(decoded.paths, camera=camera)))), some)
+
+
+def spread(numbers: list[int], count: int) -> list[int]:
+    """So many of some numbers at most, with the first and the last."""
+    count = min(count, len(numbers))
+    return [numbers[round(k * (len(numbers) - 1) / max(count - 1, 1))] for k in range(count)]
+
+
+def keep(frames: Source, strip: Strip) -> None:
+    """Show what was found of a clip from now on."""
+    key = (frames.path, frames.pictures)
+    forget([key])
+    forget(list(_strips)[: max(len(_strips) + 1 - KEPT, 0)])
+    _strips[key] = strip
+
+
+def forget(keys: Iterable[Key] | None = None) -> None:
+    """Let go of surveys; of all where none is named."""
+    for key in list(_strips if keys is None else keys):
+        if key in _strips:
+            _strips.pop(key).thumbnails.close()
+
+
+def look_soon(settings: Any) -> None:
+    """Look at the chosen clip while the artist does other things, where the library alone can, and nobody did before.
+
+    Nothing is changed but what the panels show; what cannot be looked at is left to the button, which says why.
+    """
+    frames = Source(bpy.path.abspath(settings.path), None, tuple(picture.name for picture in settings.pictures))
+    key = (frames.path, frames.pictures)
+    if bpy.app.background or settings.frames < 1 or key in _strips:
+        return
+    is_film = video.is_video(frames.path)
+    if is_film and not video.is_decoded_by_library(frames.path):
+        return
+    _looking[:] = [key]
+    camera = settings.id_data.facewright_camera.text or None
+    steps = _looks(frames, camera, key)
+    bpy.app.timers.register(lambda: next(steps, None), first_interval=0.0, persistent=True)
+
+
+def _looks(frames: Source, camera: str | None, key: Key) -> Iterator[float]:
+    """Work that goes on as long as its clip is the one that was chosen last; yields how long it may wait."""
+    work = _surveyed(frames, camera)
+    try:
+        while _looking == [key]:
+            next(work)
+            yield POLL_SECONDS
+    except StopIteration as end:
+        keep(frames, end.value)
+    except FacewrightError:
+        pass
+    finally:
+        work.close()
+        if _looking == [key]:
+            _looking.clear()
+        redraw()
+
+
+def redraw() -> None:
+    """Draw the side bars of 3D views again."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()
+
+
+def stop_looking() -> None:
+    """End what goes on unasked, and let go of all that was found."""
+    _looking.clear()
+    forget()
+
+
+def icon(strip: Strip, look: SurveyedFrame, fate: Fate) -> int:
+    """The picture of a frame as an icon."""
+    width, height = strip.survey.size
+    left, top, wide, high = look.rectangle or (0, 0, width, height)
+    middle = ((left + wide / 2) / width, (top + high / 2) / height)
+    return strip.thumbnails.icon(strip.number(look), fate, look.thumbnail, middle)
+
+
+def fate(frames: Source, strip: Strip, look: SurveyedFrame) -> Fate:
+    """What becomes of a frame that was looked at."""
+    if not frames.is_used(strip.number(look)):
+        return Fate.LEFT_OUT
+    return Fate.USED if look.usable else Fate.UNUSABLE
+
+
+def about(settings: Any, number: int) -> str:
+    """What is known of a frame that is shown, in a sentence."""
+    strip = strip_of(settings)
+    look = next((look for look in strip.looks if strip.number(look) == number), None) if strip else None
+    if strip is None or look is None:
+        return ""
+    left_out = not source_of(settings).is_used(number)
+    return f"Frame {shown_number(settings, number)}: {look.reason}{', left out' if left_out else ''}"
+
+
+def movie_clip(settings: Any) -> bpy.types.MovieClip | None:
+    """The movie clip that shows the chosen file, which has its own place in the timeline; none of chosen pictures."""
+    if settings.pictures:
+        return None
+    path = bpy.path.abspath(settings.path)
+    return next((clip for clip in bpy.data.movieclips if path and footage.shows(clip, path)), None)
+
+
+def shown_number(settings: Any, number: int) -> int:
+    """A frame as it is counted for the artist: by the timeline where a movie clip has the file, else from 0."""
+    clip = movie_clip(settings)
+    return number if clip is None else footage.scene_frame(clip, number - clip.frame_offset + 1)
+
+
+def number_at(settings: Any, timeline: int) -> int:
+    """The clip's frame at a frame of the timeline, within the clip."""
+    clip = movie_clip(settings)
+    number = timeline if clip is None else footage.clip_frame(clip, timeline) + clip.frame_offset - 1
+    return min(max(number, 0), last_of(settings))
+
+
+def last_of(settings: Any) -> int:
+    """The number of the clip's last frame."""
+    # Files of older versions did not count.
+    count = settings.frames if settings.frames >= 0 else source.length(source_of(settings))
+    return max(count - 1, 0)
+
+
+def set_ends(settings: Any, first: int | None = None, last: int | None = None) -> str:
+    """Use a part of the clip from a frame, or up to one; the other end gives way. Gives the message."""
+    if not settings.use_range:
+        settings.first, settings.last, settings.use_range = 0, last_of(settings), True
+    if first is not None:
+        settings.first = first
+        settings.last = max(settings.last, last if last is not None else first)
+    if last is not None:
+        settings.last = last
+        settings.first = min(settings.first, last)
+    ends = [shown_number(settings, number) for number in (settings.first, settings.last)]
+    return f"frames {ends[0]} to {ends[1]}"
+
+
+def from_timeline(scene: Any, which: str) -> str:
+    """Take the present frame as first or last one, or both ends of the preview range, else of the scene's."""
+    settings = scene.facewright_clip
+    if which == "FIRST":
+        return set_ends(settings, first=number_at(settings, scene.frame_current))
+    if which == "LAST":
+        return set_ends(settings, last=number_at(settings, scene.frame_current))
+    preview = scene.use_preview_range
+    first = scene.frame_preview_start if preview else scene.frame_start
+    last = scene.frame_preview_end if preview else scene.frame_end
+    first, last = (number_at(settings, frame) for frame in (first, last))
+    if first >= last:
+        raise FacewrightError("the timeline shows no two frames of the clip")
+    return set_ends(settings, first, last)
+
+
+def toggle(settings: Any, number: int) -> str:
+    """Leave out the stretch that a shown frame stands for, or take it in again; gives the message."""
+    strip = strip_of(settings)
+    if strip is None or number not in [strip.number(look) for look in strip.shown()]:
+        raise FacewrightError("this frame is not shown: look at the clip again")
+    first, last = strip.stretch(number)
+    return leave_out(settings, first, last, not source.within(number, source.spans(settings.left_out)))
+
+
+def leave_out(settings: Any, first: int, last: int, is_out: bool = True) -> str:
+    """Leave out a stretch of frames, or take it in again; gives the message."""
+    before = {n for span in source.spans(settings.left_out) for n in range(span[0], span[1] + 1)}
+    stretch = set(range(first, last + 1))
+    settings.left_out = source.text_of(before | stretch if is_out else before - stretch)
+    ends = sorted({shown_number(settings, number) for number in (first, last)})
+    return f"frames {' to '.join(map(str, ends))} {'left out' if is_out else 'used again'}"
+
+
+def choose(settings: Any, folder: str, names: list[str], is_relative: bool = False) -> str:
+    """Choose a video, a picture with the others of its folder, or some pictures and no others; gives the message."""
+    films = [name for name in names if video.is_video(str(Path(folder) / name))]
+    if films and len(names) > 1:
+        raise FacewrightError("choose one video, or pictures of one folder")
+    pictures = {Path(picture).name for picture in pictures_in(folder)}
+    if others := sorted(set(names) - pictures - set(films)):
+        raise FacewrightError(f"{others[0]} is no video and no picture: PNG, JPEG, TIFF, BMP or WebP")
+    names = sorted(names)
+    path = str(Path(folder) / names[0]) if names else folder
+    settings.path = bpy.path.relpath(path) if is_relative and bpy.data.filepath else path
+    if len(names) > 1:
+        choose_pictures(settings, names)
+    recent_clips.remember(path, tuple(names) if len(names) > 1 else ())
+    return f"{Path(path).name}: {settings.frames} frames"
+
+
+def choose_pictures(settings: Any, names: list[str]) -> None:
+    """Use these pictures of the clip's folder, in the order in which the folder has them, and no others."""
+    frames = Source(bpy.path.abspath(settings.path))
+    order = [name for name in (Path(picture).name for picture in source.pictures(frames)) if name in names]
+    settings.pictures.clear()
+    for name in order:
+        settings.pictures.add().name = name
+    settings.frames = len(order)
+    settings.first, settings.last = 0, max(len(order) - 1, 0)
+    look_soon(settings)
+
+
+def choose_recent(settings: Any, number: int) -> str:
+    """Choose one of the clips that were chosen last."""
+    clips = recent_clips.recent()
+    if number >= len(clips):
+        raise FacewrightError("this clip is no longer there")
+    path, names = clips[number]
+    place = Path(path)
+    if place.is_dir():
+        return choose(settings, path, [])
+    return choose(settings, str(place.parent), list(names) or [place.name])
+
+
+def recent() -> list[str]:
+    """Labels of the clips that were chosen last."""
+    return [
+        f"{Path(path).parent.name}/{Path(path).name}" + (f" and {len(names) - 1} more" if names else "")
+        for path, names in recent_clips.recent()
+    ]
