@@ -178,7 +178,7 @@ def icon(strip: Strip, look: SurveyedFrame, fate: Fate) -> int:
     width, height = strip.survey.size
     left, top, wide, high = look.rectangle or (0, 0, width, height)
     middle = ((left + wide / 2) / width, (top + high / 2) / height)
-    return strip.thumbnails.icon(strip.number(look), fate, look.thumbnail, middle)
+    return strip.thumbnails.icon(strip.number(look), fate, lambda: look.thumbnail, middle)
 
 
 def fate(frames: Source, strip: Strip, look: SurveyedFrame) -> Fate:
@@ -238,6 +238,11 @@ def set_ends(settings: Any, first: int | None = None, last: int | None = None) -
         settings.first = min(settings.first, last)
     ends = [shown_number(settings, number) for number in (settings.first, settings.last)]
     return f"frames {ends[0]} to {ends[1]}"
+
+
+def set_shown(settings: Any, **ends: int) -> None:
+    """The same with ends as the artist counts."""
+    set_ends(settings, **{name: number_at(settings, number) for name, number in ends.items()})
 
 
 def from_timeline(scene: Any, which: str) -> str:

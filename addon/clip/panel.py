@@ -62,9 +62,7 @@ class FACEWRIGHT_PT_frames(bpy.types.Panel):
         draw_check(layout, context, strip)
         draw_strip(layout, context, strip)
         if settings.use_range:
-            row = layout.row(align=True)
-            row.operator(FACEWRIGHT_OT_survey.bl_idname, text="Look Closer", icon="ZOOM_IN").part = True
-            row.operator(FACEWRIGHT_OT_survey.bl_idname, text="Look at All", icon="ZOOM_OUT").part = False
+            layout.operator(FACEWRIGHT_OT_survey.bl_idname, text="Look Closer", icon="ZOOM_IN").part = True
 
 
 def draw_part(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> None:
@@ -76,16 +74,18 @@ def draw_part(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup) -> 
     row.operator(take, text="", icon="PREVIEW_RANGE").which = "RANGE"
     if settings.use_range:
         row = layout.row(align=True)
-        row.prop(settings, "first")
+        row.prop(settings, "shown_first")
         row.operator(take, text="", icon="TIME").which = "FIRST"
-        row.prop(settings, "last")
+        row.prop(settings, "shown_last")
         row.operator(take, text="", icon="TIME").which = "LAST"
 
 
 def draw_strip(layout: bpy.types.UILayout, context: bpy.types.Context, strip: Strip) -> None:
     """The frames that are shown, each with its number, which is a button."""
     settings = context.scene.facewright_clip
-    layout.row(align=True).prop(settings, "click", expand=True)
+    row = layout.row(align=True)
+    row.prop(settings, "click", expand=True)
+    row.operator(FACEWRIGHT_OT_survey.bl_idname, text="", icon="FILE_REFRESH")
     frames, width = source_of(settings), context.region.width / context.preferences.system.ui_scale
     columns = min(max(int(width / WIDTH_PX), FEWEST), MOST)
     grid = layout.grid_flow(row_major=True, columns=columns, even_columns=True, even_rows=True, align=True)

@@ -4,7 +4,7 @@ from typing import Any
 
 import bpy
 
-from ..clip.actions import look_soon
+from ..clip.actions import look_soon, set_shown, shown_number
 from ..clip.options import CLICKS
 from ..options import BLEND_RELATIVE
 from . import actions
@@ -70,6 +70,21 @@ class FacewrightClip(bpy.types.PropertyGroup):
     )
     first: bpy.props.IntProperty(name="First", description="First frame used, counted from 0", default=0, min=0)
     last: bpy.props.IntProperty(name="Last", description="Last frame used, counted from 0", default=250, min=0)
+    # The same as the artist counts.
+    shown_first: bpy.props.IntProperty(
+        name="First",
+        description="First frame used: as the timeline counts where a movie clip shows the file, else from 0",
+        get=lambda self: shown_number(self, self.first),
+        set=lambda self, number: set_shown(self, first=number),
+        options=set(),
+    )
+    shown_last: bpy.props.IntProperty(
+        name="Last",
+        description="Last frame used: as the timeline counts where a movie clip shows the file, else from 0",
+        get=lambda self: shown_number(self, self.last),
+        set=lambda self, number: set_shown(self, last=number),
+        options=set(),
+    )
     method: bpy.props.EnumProperty(
         name="Method",
         description="Chain of steps by which the head is made",

@@ -1,5 +1,6 @@
 """Pictures as previews: square, with the face in the middle, framed in the colour of what becomes of them."""
 
+from collections.abc import Callable
 from enum import Enum
 from typing import Any
 
@@ -27,11 +28,13 @@ class Thumbnails:
     def __init__(self) -> None:
         self._previews = bpy.utils.previews.new()
 
-    def icon(self, number: int, fate: Fate, thumbnail: NDArray[np.uint8], middle: tuple[float, float]) -> int:
-        """The icon of a frame; `thumbnail` is (height, width, 3), top row first, `middle` a place in it from 0 to 1."""
+    def icon(
+        self, number: int, fate: Fate, thumbnail: Callable[[], NDArray[np.uint8]], middle: tuple[float, float]
+    ) -> int:
+        """The icon of a frame; `thumbnail` gives (height, width, 3), top row first; `middle` is in parts of it."""
         name = f"{number} {fate.name}"
         if name not in self._previews:
-            pixels = framed(square(thumbnail, middle), fate)
+            pixels = framed(square(thumbnail(), middle), fate)
             preview: Any = self._previews.new(name)
             preview.image_size = pixels.shape[1::-1]
             preview.image_pixels_float.foreach_set(pixels[::-1].ravel())

@@ -67,7 +67,7 @@ def camera_line(text: str, clip: Any) -> tuple[str, bool]:
 def _tracked(source: Footage, settings: Settings) -> Work[Tracks]:
     indices = [frame.index for frame in source.frames]
     if source.images is None:
-        frames = yield from video.opened(source.path, indices)
+        frames = yield from video.opened(source.path, indices, of_face=not settings.faces)
     else:
         frames = video.Frames([source.images[index] for index in indices])
     with frames:

@@ -216,6 +216,9 @@ def test_frames_have_the_timelines_numbers_where_a_movie_clip_shows_the_file(
     scene.frame_current = 110
     assert bpy.ops.facewright.frames_from_timeline(which="LAST") == {"FINISHED"}
     assert (settings.first, settings.last, settings.use_range) == (5, 12, True)
+    assert (settings.shown_first, settings.shown_last) == (103, 110)
+    settings.shown_first, settings.shown_last = 104, 99999
+    assert (settings.first, settings.last) == (6, settings.frames - 1), "no farther than the clip"
     scene.use_preview_range, scene.frame_preview_start, scene.frame_preview_end = True, 100, 120
     assert bpy.ops.facewright.frames_from_timeline() == {"FINISHED"}
     assert (settings.first, settings.last) == (2, 22)

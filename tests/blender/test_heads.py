@@ -110,7 +110,7 @@ def test_the_panel_says_what_the_button_makes_as_soon_as_there_is_a_choice(clips
     layout = SimpleNamespace(
         prop=lambda _data, name, **_more: shown.append(name),
         label=lambda text="", **_more: shown.append(text),
-        row=lambda **_more: SimpleNamespace(operator=lambda *_names, **_more: SimpleNamespace()),
+        row=lambda **_more: SimpleNamespace(operator=lambda *_n, **_m: SimpleNamespace(), menu=lambda *_n, **_m: None),
     )
     panel = bpy.types.FACEWRIGHT_PT_clip
     panel.draw(SimpleNamespace(layout=layout), bpy.context)

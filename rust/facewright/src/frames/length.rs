@@ -27,8 +27,8 @@ pub(crate) fn film_length(video: &Path) -> Result<usize, FacewrightError> {
 
 /// The last count that ffmpeg tells.
 fn counted(told: &str) -> Option<usize> {
-    let counts = told.lines().filter_map(|line| line.strip_prefix("frame=")?.trim().parse().ok());
-    counts.last().filter(|&count| count > 0)
+    let mut counts = told.lines().filter_map(|line| line.strip_prefix("frame=")?.trim().parse().ok());
+    counts.next_back().filter(|&count| count > 0)
 }
 
 #[cfg(test)]
