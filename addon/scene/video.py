@@ -19,7 +19,7 @@ from typing import TypeVar
 
 import bpy
 
-from ..engine import FacewrightError, Progress, check_face, video_size
+from ..engine import FacewrightError, Job, Progress, check_face, video_size
 
 # Part of a bar that decoding here takes, before the library's work on the frames.
 DECODING = 0.15
@@ -28,7 +28,7 @@ STEP_SECONDS = 0.05
 # As the library does it, a face is sought in so many frames at least, and at least in every so many …
 LOOKS, FARTHEST = 64, 12
 # … of which so many are looked at together.
-TOGETHER = 4
+TOGETHER = 16
 # The number of a process's standard output.
 OUTPUT = 1
 # Videos made of boxes, which tell the shape of a pixel.
@@ -136,12 +136,15 @@ def decode(
     try:
         _set_up(scene, path)
         wanted, until = list(numbers), 0.0
-        for done, number in enumerate(_order(wanted, Path(folder.name), of_face)):
-            if time.monotonic() >= until:
+        done = 0
+        for number in _order(wanted, Path(folder.name), of_face):
+            if number is None or time.monotonic() >= until:
                 yield Progress("decode", DECODING * done / len(wanted))
                 until = time.monotonic() + STEP_SECONDS
-            with _quiet():
-                _write(scene, number, Path(folder.name))
+            if number is not None:
+                with _quiet():
+                    _write(scene, number, Path(folder.name))
+                done += 1
         return folder
     except BaseException:
         folder.cleanup()
@@ -150,26 +153,38 @@ def decode(
         bpy.data.scenes.remove(scene)
 
 
-def _order(wanted: list[int], folder: Path, of_face: bool) -> Iterator[int]:
-    """The order in which frames are decoded; those in which a face is sought first, if one is."""
+def _order(wanted: list[int], folder: Path, of_face: bool) -> Iterator[int | None]:
+    """The order in which frames are decoded: those in which a face is sought first. None while there is a wait."""
     if of_face:
         yield from _sought(wanted, folder)
     yield from (number for number in wanted if not _picture(folder, number).exists())
 
 
-def _sought(wanted: list[int], folder: Path) -> Iterator[int]:
-    """Frames as far as to the first that shows a face; when the next one is asked for, those before are decoded."""
+def _sought(wanted: list[int], folder: Path) -> Iterator[int | None]:
+    """Frames as far as to the first that shows a face; the library looks at some while the next ones are decoded."""
     between = min(math.ceil(len(wanted) / LOOKS), FARTHEST)
-    some = wanted[:: math.ceil(between / 2)]
+    some, looking = wanted[:: math.ceil(between / 2)], None
     for begin in range(0, len(some), TOGETHER):
         together = some[begin : begin + TOGETHER]
         yield from together
-        try:
-            check_face([str(_picture(folder, number)) for number in together], len(wanted)).result()
+        if looking is not None and (yield from _shows_face(looking)):
             return
-        except FacewrightError as error:
-            if error.kind != "no_face" or together[-1] == some[-1]:
-                raise
+        looking = check_face([str(_picture(folder, number)) for number in together], len(wanted))
+    if looking is not None:
+        yield from _shows_face(looking, is_last=True)
+
+
+def _shows_face(looking: Job[None], is_last: bool = False) -> Generator[None, None, bool]:
+    """What came of a look, once it has ended; the last one without a face is the end of the work."""
+    while not looking.finished():
+        yield None
+    try:
+        looking.result()
+    except FacewrightError as error:
+        if is_last or error.kind != "no_face":
+            raise
+        return False
+    return True
 
 
 def _picture(folder: Path, number: int) -> Path:
