@@ -82,7 +82,9 @@ def heads(scene: bpy.types.Scene) -> list[Head]:
         parts.setdefault(str(obj[PART]), obj)
     found = [(key_of(skin), skin, parts) for skin, parts in whole.items()]
     found += [(key, None, parts) for key, parts in rest.items()]
-    return [Head(key, skin, parts, _home(key, parts.values(), homes)) for key, skin, parts in found]
+    known = [Head(key, skin, parts, _home(key, parts.values(), homes)) for key, skin, parts in found]
+    # Of a head that is deleted nothing is left when what is in its collection is another's.
+    return [head for head in known if head.parts or head.home is not None]
 
 
 def current(scene: bpy.types.Scene, active: bpy.types.Object | None, key: str) -> tuple[Head, str] | None:

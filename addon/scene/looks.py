@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .heads import PART
-from .materials import LOOKS, Look, exchange, images, is_painted, new_image, new_material
+from .materials import LOOKS, Look, copied, exchange, images, is_painted, new_image, new_material
 
 # Of an object: the picture that runs paint.
 PICTURE = "facewright_picture"
@@ -61,17 +61,25 @@ def _paint(title: str, look: Look, wearers: list[bpy.types.Object], pixels: NDAr
     old = _picture(wearers, look)
     new = new_image(f"{title} {look.name}", pixels, like=old)
     kept = []
-    if old is not None and is_painted(old):
-        kept = [f"the painting on {old.name} (the new picture is {new.name})"]
-    elif old is not None:
+    if old is not None:
         others = _others(wearers, old)
-        if others or old.library is not None:
-            _repaint(wearers, others, old, new)
-        else:
+        is_shared, is_kept = bool(others) or old.library is not None, is_painted(old)
+        # A painting that another head shows too is this one's own from now on.
+        shown = new if not is_kept else copied(old) if is_shared else old
+        if is_shared:
+            _repaint(wearers, others, old, shown)
+        elif not is_kept:
             _replace(old, new)
-    for obj in wearers:
+        kept = [f"the painting on {shown.name} (the new picture is {new.name})"] if is_kept else []
+    for obj in _sharing(wearers):
         obj[PICTURE] = new
     return kept
+
+
+def _sharing(wearers: list[bpy.types.Object]) -> list[bpy.types.Object]:
+    """Some parts, and their linked duplicates: what a run makes of a mesh is theirs too."""
+    meshes = {obj.data for obj in wearers}
+    return [obj for obj in bpy.data.objects if obj.library is None and obj.get(PART) and obj.data in meshes]
 
 
 def _replace(old: bpy.types.Image, new: bpy.types.Image) -> None:

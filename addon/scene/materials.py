@@ -65,6 +65,17 @@ def new_image(name: str, pixels: NDArray[np.uint8], like: bpy.types.Image | None
     return picture
 
 
+def copied(picture: bpy.types.Image) -> bpy.types.Image:
+    """A copy of an image with all that is painted on it, saved or not."""
+    copy = picture.copy()
+    values = np.empty(len(picture.pixels), np.float32)
+    picture.pixels.foreach_get(values)
+    copy.pixels.foreach_set(values)
+    copy.update()
+    copy.pack()
+    return copy
+
+
 def is_painted(picture: bpy.types.Image) -> bool:
     """Whether an artist has changed the pixels of an image of ours; of an older version's, whether they are unsaved."""
     if MADE not in picture:

@@ -23,7 +23,7 @@ from people import (
     run,
     select,
 )
-from tracking import drawn
+from tracking import drawn, module
 
 
 def test_a_head_is_appended_to_another_file_whole(clips: Clips, grown: Callable[[], None], tmp_path: Path) -> None:
@@ -301,3 +301,56 @@ def test_a_picture_within_a_node_group_comes_apart_too(clips: Clips, grown: Call
     run(clips.anna, head=copy.name)
     shown = [next(n for n in s.data.materials[0].node_tree.nodes if n.type == "GROUP") for s in (anna, copy)]
     assert [red(node.node_tree.nodes[0].image) for node in shown] == [ANNA.red, OLDER_ANNA.red]
+
+
+def test_a_painting_that_a_copy_shows_too_comes_apart(clips: Clips, grown: Callable[[], None]) -> None:
+    anna = run(clips.anna)
+    painted = anna["facewright_picture"]
+    blacken(painted)
+    copy = duplicated(*head_of(anna).objects)["skin"]
+    grown()
+    run(clips.anna, head=copy.name)
+    assert reds(copy) == {0, OLDER_ANNA.red}, "the painting stays shown"
+    assert reds(anna) == {0, ANNA.red}
+    (shown,) = images(copy)
+    assert images(anna) == [painted] and shown != painted, "each has its own to paint on"
+    assert module("scene.head").kept(copy)[0].startswith(f"the painting on {shown.name} ")
+    run(clips.anna, head=copy.name)
+    assert len(bpy.data.images) == 5, "two paintings, what was made for one of them, the eyes of both"
+
+
+def test_linked_duplicates_remember_the_same_new_picture(clips: Clips, grown: Callable[[], None]) -> None:
+    anna = run(clips.anna)
+    linked = duplicated(*head_of(anna).objects, linked=True)["skin"]
+    duplicated(*head_of(anna).objects)
+    grown()
+    run(clips.anna, head=anna.name)
+    assert images(linked) == [linked["facewright_picture"]] == [anna["facewright_picture"]]
+    run(clips.anna, head=linked.name)
+    assert reds(anna) == reds(linked) == {OLDER_ANNA.red}
+
+
+def test_a_head_of_which_nothing_is_left_is_none_though_another_is_in_its_collection(
+    clips: Clips, grown: Callable[[], None]
+) -> None:
+    anna = run(clips.anna)
+    copy = duplicated(anna)["skin"]
+    run(clips.anna, head=anna.name)
+    for obj in head_of(anna).objects:
+        bpy.data.objects.remove(obj)
+    assert [head.skin for head in heads()] == [copy]
+    labels = [label for _, label, _ in module("reconstruct.actions").choices(bpy.context.scene)]
+    assert labels == ["New Head", f"Update {copy.name}"]
+
+
+def images(skin: bpy.types.Object) -> list[bpy.types.Image]:
+    return module("scene.materials").images(skin.data.materials[0].node_tree)
+
+
+def blacken(picture: bpy.types.Image) -> None:
+    """Paint all of it, as with a brush."""
+    pixels = np.zeros((picture.size[1], picture.size[0], 4), np.float32)
+    pixels[..., 3] = 1.0
+    picture.pixels.foreach_set(pixels.ravel())
+    picture.update()
+    picture.pack()
