@@ -1,0 +1,57 @@
+"""Whatever an artist does in whatever order, the file stays one to go on with.
+
+Two hundred sequences of a dozen actions take about a minute, as each action is followed by a look at all that is in the
+file; their heads have few vertices and keys, so that it is not more.
+"""
+
+import random
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Any
+
+import bpy
+import pytest
+from artist import Artist, do, drawn
+from consistent import faults
+from people import ANNA, BEN, clip_of
+from small_people import VERTICES, library
+
+SEQUENCES, LENGTH = 200, 15
+Sequence = list[tuple[str, int]]
+
+
+def failure(sequence: Sequence, folder: Path) -> tuple[int, list[str]]:
+    """The number of actions after which a file is not consistent, and what is wrong; none where all is well."""
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=False)
+    folder = Path(mkdtemp(dir=folder))
+    artist = Artist(folder, [clip_of(folder, person) for person in (ANNA, BEN)])
+    artist.opened()
+    for done, (name, seed) in enumerate(sequence, 1):
+        try:
+            do(artist, name, seed)
+            wrong = faults(VERTICES)
+        except Exception as error:  # noqa: BLE001 — whatever an action raises is a fault, to be replayed
+            wrong = [f"{name}: {error!r}"]
+        if wrong:
+            return done, wrong
+    return len(sequence), []
+
+
+def shortest(sequence: Sequence, folder: Path) -> Sequence:
+    """A failing sequence without the actions that it fails without."""
+    for number in reversed(range(len(sequence) - 1)):
+        shorter = sequence[:number] + sequence[number + 1 :]
+        if failure(shorter, folder)[1]:
+            sequence = shorter
+    return sequence
+
+
+@pytest.mark.parametrize("seed", range(SEQUENCES))
+def test_whatever_an_artist_does_leaves_a_consistent_file(seed: int, tmp_path: Path, monkeypatch: Any) -> None:
+    library(monkeypatch, {person.name: person for person in (ANNA, BEN)})
+    sequence = drawn(random.Random(seed), LENGTH)
+    done, wrong = failure(sequence, tmp_path)
+    if wrong:
+        short = shortest(sequence[:done], tmp_path)
+        _, said = failure(short, tmp_path)
+        pytest.fail(f"seed {seed}, action {done}: {wrong}\nshortest: {short}\nthere: {said}", pytrace=False)
