@@ -1,10 +1,12 @@
 """What operators have in common: work that goes on while the artist looks on, files that are asked for, movie clips."""
 
+import traceback
 from collections.abc import Callable
 from typing import Any, ClassVar
 
 import bpy
 
+from .delivery import busy_with, leave_modes, scene_of
 from .engine import Cancelled, FacewrightError
 from .jobs import POLL_SECONDS, Work, wait
 from .options import BLEND_RELATIVE
@@ -27,6 +29,8 @@ class WorkOperator:
     # What the work gave, until Blender can take it.
     _given: tuple[Any] | None = None
     _timer: bpy.types.Timer | None = None
+    # The scene in which it began, by the number that it keeps over undo and renaming.
+    _scene = 0
     # Of `bpy.types.Operator`, the other base.
     report: Callable[[set[str], str], None]
 
@@ -52,6 +56,7 @@ class WorkOperator:
             self._work = self.start(context)
         except FacewrightError as error:
             return self._say("ERROR", str(error))
+        self._scene = context.scene.session_uid
         Running.begin(type(self))
         self._timer = context.window_manager.event_timer_add(POLL_SECONDS, window=context.window)
         context.window_manager.modal_handler_add(self)
@@ -63,7 +68,13 @@ class WorkOperator:
             return self._say("INFO", "Cancelled; nothing was changed")
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
-        return self._advance(context) if self._given is None else self._deliver(context)
+        try:
+            return self._advance(context) if self._given is None else self._deliver(context)
+        except Exception as error:  # noqa: BLE001 — Blender would call what fails again, at every event
+            traceback.print_exc()
+            self._end(context)
+            self._say("ERROR", f"Facewright has failed, undo takes back what it has changed: {error!r}")
+            return {"CANCELLED"} if self._given is None else {"FINISHED"}
 
     def cancel(self, context: bpy.types.Context) -> None:
         """Blender closes or loads a file."""
@@ -86,16 +97,18 @@ class WorkOperator:
         return {"RUNNING_MODAL"}
 
     def _deliver(self, context: bpy.types.Context) -> Result:
-        """Finish, unless the artist is dragging something: changes meanwhile would pull it from under the mouse."""
+        """Finish, unless what is shown or dragged now would be pulled away; in the scene in which the work began."""
         assert self._given is not None
-        if is_dragging(context):
-            Running.advance(STARTING._replace(stage="done, let go of the mouse", fraction=1.0))
+        if busy := busy_with(context):
+            Running.advance(STARTING._replace(stage=busy, fraction=1.0))
             redraw(context)
             return {"RUNNING_MODAL"}
         (given,) = self._given
         self._end(context, cancelled=False)
         left = leave_modes(context)
-        return self._said(lambda: "; ".join([self.finish(context, given), *left]))
+        where, said = scene_of(context, self._scene)
+        with context.temp_override(**where):
+            return self._said(lambda: "; ".join([self.finish(context, given), *said, *left]))
 
     def _said(self, action: Callable[[], str]) -> Result:
         """Do what gives a message, and say that, or what is wrong."""
@@ -112,14 +125,14 @@ class WorkOperator:
         return {"CANCELLED"}
 
     def _end(self, context: bpy.types.Context, cancelled: bool = True) -> None:
-        if self._work is not None:
-            self._work.close()
-            self._work = None
         if self._timer is not None:
             context.window_manager.event_timer_remove(self._timer)
             self._timer = None
-        self.hide(context, cancelled)
         Running.end()
+        self.hide(context, cancelled)
+        work, self._work = self._work, None
+        if work is not None:
+            work.close()
         redraw(context)
 
 
@@ -172,6 +185,21 @@ class ClipOperator:
     """Mix-in: the movie clip that an operator works on."""
 
     clip: str
+    # The clip that work began with, by the number that it keeps over undo and renaming.
+    _clip = 0
+
+    def begin_with(self, clip: bpy.types.MovieClip) -> None:
+        """Stay with a clip: the editor may show another, and this one have another name, by the time work is done."""
+        self._clip = clip.session_uid
+
+    def begun_with(self) -> bpy.types.MovieClip:
+        """The clip that work began with."""
+        clip = next((clip for clip in bpy.data.movieclips if clip.session_uid == self._clip), None)
+        if clip is None:
+            raise FacewrightError(
+                "the movie clip was removed while its frames were worked on: open it, and begin again"
+            )
+        return clip
 
     def movie_clip(self, context: bpy.types.Context) -> bpy.types.MovieClip:
         """The clip that is named, or that of the editor."""
@@ -191,31 +219,6 @@ def reported(operator: Any, action: Callable[[], str]) -> Result:
         return {"CANCELLED"}
     operator.report({"INFO"}, message)
     return {"FINISHED"}
-
-
-def is_dragging(context: bpy.types.Context) -> bool:
-    """Whether another operator holds the mouse in any window."""
-    # Where Blender does not tell, nothing waits.
-    running = [o for window in context.window_manager.windows for o in getattr(window, "modal_operators", ())]
-    return any({"BLOCKING", "GRAB_CURSOR"} & operator.bl_options for operator in running)
-
-
-def leave_modes(context: bpy.types.Context) -> list[str]:
-    """Go to Object Mode in all windows, and say so where it was another.
-
-    What is in Edit Mode would overwrite what is made of it, and its undo steps know nothing of other data.
-    """
-    left = []
-    for window in context.window_manager.windows:
-        active = window.view_layer.objects.active
-        if active is None or active.mode == "OBJECT":
-            continue
-        with context.temp_override(window=window):
-            # Blender cannot for what is hidden; the result must not be lost over that.
-            if bpy.ops.object.mode_set.poll():
-                left.append(f"{active.name} was in {active.mode.replace('_', ' ').title()} Mode, which was left")
-                bpy.ops.object.mode_set(mode="OBJECT")
-    return left
 
 
 def clip_of(context: bpy.types.Context) -> bpy.types.MovieClip | None:

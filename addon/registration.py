@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import cli, older_files, preferences, running
+from . import cli, left_over, older_files, preferences, running
 from .animate.keying_set import FacewrightFace
 from .animate.operators import (
     FACEWRIGHT_OT_clear_keyframes,
@@ -228,6 +228,7 @@ def register() -> None:
     following.register()
     older_files.register()
     running.register()
+    left_over.register()
     cli.register()
 
 
@@ -235,6 +236,7 @@ def unregister() -> None:
     stop_looking()
     cli.unregister()
     running.unregister()
+    left_over.unregister()
     older_files.unregister()
     following.unregister()
     links.unregister()

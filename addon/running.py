@@ -54,6 +54,8 @@ def register() -> None:
 
 def unregister() -> None:
     bpy.app.handlers.load_post.remove(_opened)
+    # The extension may be turned off under its work.
+    Running.end()
 
 
 @bpy.app.handlers.persistent

@@ -2,7 +2,8 @@
 
 import bpy
 
-from ..modal import Result, leave_modes, reported
+from ..delivery import leave_modes
+from ..modal import Result, reported
 from ..running import idle
 from ..scene import view
 from . import actions

@@ -5,7 +5,8 @@ from typing import ClassVar
 
 import bpy
 
-from ..modal import Result, in_object_mode, leave_modes, reported
+from ..delivery import leave_modes
+from ..modal import Result, in_object_mode, reported
 from ..running import idle
 from ..scene.heads import Head
 from . import actions

@@ -51,12 +51,11 @@ class FACEWRIGHT_OT_motion(TrackedClipOperator, WorkOperator, bpy.types.Operator
 
     def start(self, context: bpy.types.Context) -> Work[Motion]:
         clip = self.movie_clip(context)
-        # The editor may show another clip by the time the work is done.
-        self.clip = clip.name
+        self.begin_with(clip)
         return actions.solved(clip, actions.Settings.of(context.scene))
 
     def finish(self, context: bpy.types.Context, result: Motion) -> str:
-        return actions.place(context.scene, self.movie_clip(context), result)
+        return actions.place(context.scene, self.begun_with(), result)
 
 
 class FACEWRIGHT_OT_open_motion(TrackedClipOperator, OpenOperator, bpy.types.Operator):

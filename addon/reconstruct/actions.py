@@ -99,14 +99,41 @@ def _tracks(tracks: Tracks, names: list[str]) -> Tracks:
     return tracks
 
 
-def place(scene: Any, result: Reconstruction, clip: str, wanted: str = "", collection: Any = None) -> Any:
+def wanted(scene: Any) -> str:
+    """What a run that begins now is to make, whatever is chosen or copied later; empty for an older version's head."""
+    settings = scene.facewright_clip
+    head = heads.to_update(_local(scene), settings.path, settings.wanted)
+    return NEW if head is None else head.key
+
+
+def lost(scene: Any, wanted: str) -> list[str]:
+    """What is to be said if the head that a run was to make is not there any more."""
+    is_lost = wanted not in ("", NEW) and heads.of_key(_local(scene), wanted) is None
+    return ["the head that this was for is gone: it is a new one"] if is_lost else []
+
+
+def write(result: Reconstruction, folder: str) -> str:
+    """Write the files of a result; gives what is wrong, as the head must not be lost over that."""
+    try:
+        result.write(folder)
+    except FacewrightError as error:
+        return f"The files of the result are not written: {error}"
+    return ""
+
+
+def place(
+    scene: Any, result: Reconstruction, clip: str, wanted: str = "", collection: Any = None, is_chosen: bool = True
+) -> Any:
     """Show what was made from a clip as the wanted head, moved by the motion that the scene has; gives `Face`.
 
-    A new one gets a collection of its own within another (None: the scene's own).
+    A new one gets a collection of its own within another (None: the scene's own). The panel goes on with it, unless
+    the artist has chosen something else meanwhile. A head that is gone is made as a new one: no other is touched.
     """
-    head = heads.to_update(_local(scene), clip, wanted)
+    found = _local(scene)
+    head = heads.made_of(found, clip) if not wanted else heads.of_key(found, wanted) if wanted != NEW else None
     face = scene_head.place(scene, result, clip, head, collection)
-    scene.facewright_clip.wanted = heads.key_of(face)
+    if is_chosen:
+        scene.facewright_clip.wanted = heads.key_of(face)
     portrait.portray(scene, face)
     is_new = head is None or face != head.skin
     controls.update(next(found for found in heads.heads(scene) if found.skin == face))
@@ -127,11 +154,6 @@ def present(window: Any) -> None:
 def next_step(is_new: bool) -> list[str]:
     """What to do next, where a head is new."""
     return ["next: try an expression in the panel; Material Preview (Z) shows skin and eyes in light"] * is_new
-
-
-def makes_new(scene: Any, clip: str, wanted: str) -> bool:
-    """Whether a run on a clip makes a new head, and updates none."""
-    return heads.to_update(_local(scene), clip, wanted) is None
 
 
 def choices(scene: Any) -> list[tuple[str, str, str]]:

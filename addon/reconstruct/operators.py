@@ -9,6 +9,7 @@ from ..jobs import Work
 from ..modal import WorkOperator, in_object_mode
 from ..options import BLEND_RELATIVE
 from ..running import idle
+from ..scene import heads
 from ..scene.growing import Growing
 from ..scene.source import source_of
 from . import actions
@@ -30,7 +31,9 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
         options={"SKIP_SAVE"} | BLEND_RELATIVE,
     )
 
-    _made_of = _wanted = ""
+    # What the panel says when it begins; the head that it means by that, and the folder of the results.
+    _chosen = ("", "")
+    _wanted = _folder = ""
     _growing: Growing | None = None
 
     @classmethod
@@ -44,15 +47,16 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
 
     def start(self, context: bpy.types.Context) -> Work[Reconstruction]:
         clip = context.scene.facewright_clip
-        # The artist may choose another clip or head by the time the work is done.
-        self._made_of, self._wanted = clip.path, clip.wanted
+        # The artist may choose another clip, head or folder by the time the work is done.
+        self._chosen, self._wanted = (clip.path, clip.wanted), actions.wanted(context.scene)
+        self._folder = bpy.path.abspath(self.output or clip.output)
         # An update is not drawn: the head that is there would be in its place.
-        is_new = actions.makes_new(context.scene, clip.path, clip.wanted)
-        self._growing = Growing(context.scene) if is_new and not bpy.app.background else None
+        is_drawn = self._wanted == heads.NEW and not bpy.app.background
+        self._growing = Growing(context.scene) if is_drawn else None
         source = source_of(clip)
         settings = actions.Settings(
             camera=context.scene.facewright_camera.text or None,
-            output=self._folder(context),
+            output=self._folder or None,
             tracks=actions.markers(source.path) if clip.use_markers else None,
             options=actions.options_of(clip, context.scene.facewright_person),
         )
@@ -68,20 +72,18 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
             self._growing = None
 
     def finish(self, context: bpy.types.Context, result: Reconstruction) -> str:
-        if folder := self._folder(context):
-            result.write(folder)
-        before = set(context.scene.objects)
-        face = actions.place(context.scene, result, self._made_of, self._wanted, context.collection)
+        scene, clip = context.scene, context.scene.facewright_clip
+        before, lost = set(scene.objects), actions.lost(scene, self._wanted)
+        stays = (clip.path, clip.wanted) == self._chosen
+        face = actions.place(scene, result, self._chosen[0], self._wanted, context.collection, stays)
         actions.show(context.view_layer, face)
         # The frames have done their work: what follows is the head's.
-        context.scene.facewright_clip.show_frames = False
+        clip.show_frames = False
         made, further = actions.report_lines(result.report)[:1], actions.next_step(face not in before)
-        if face not in before and not bpy.app.background:
+        if face not in before and not bpy.app.background and context.window.scene == scene:
             actions.present(context.window)
+        if self._folder and (complaint := actions.write(result, self._folder)):
+            self.report({"WARNING"}, complaint)
         # What is kept, and warnings, stay in the report.
-        self.stays = "; ".join([*made, *further])
-        return "; ".join([*made, *actions.kept(face), *actions.warnings(result.report), *further])
-
-    def _folder(self, context: bpy.types.Context) -> str | None:
-        folder = self.output or context.scene.facewright_clip.output
-        return bpy.path.abspath(folder) if folder else None
+        self.stays = "; ".join([*made, *lost, *further])
+        return "; ".join([*made, *lost, *actions.kept(face), *actions.warnings(result.report), *further])

@@ -21,6 +21,8 @@ import bpy
 
 from ..engine import FacewrightError, Job, Progress, check_face, video_size
 
+# Of a scene: that it is there for decoding only.
+DECODES = "facewright_decodes"
 # Part of a bar that decoding here takes, before the library's work on the frames.
 DECODING = 0.15
 # Time that decoding here takes before others have their turn: Esc must not wait longer.
@@ -132,9 +134,7 @@ def decode(
 ) -> Generator[Progress, None, tempfile.TemporaryDirectory[str]]:
     """Write frames of a video as pictures into a temporary folder; each step of the generator takes a moment."""
     folder = tempfile.TemporaryDirectory(prefix="facewright-")
-    scene = bpy.data.scenes.new("Facewright decoding")
     try:
-        _set_up(scene, path)
         wanted, until = list(numbers), 0.0
         done = 0
         for number in _order(wanted, Path(folder.name), of_face):
@@ -142,6 +142,8 @@ def decode(
                 yield Progress("decode", DECODING * done / len(wanted))
                 until = time.monotonic() + STEP_SECONDS
             if number is not None:
+                # An artist who undoes something meanwhile undoes the scene too.
+                scene = next(iter(_scenes()), None) or _set_up(path)
                 with _quiet():
                     _write(scene, number, Path(folder.name))
                 done += 1
@@ -150,7 +152,19 @@ def decode(
         folder.cleanup()
         raise
     finally:
-        bpy.data.scenes.remove(scene)
+        forget()
+
+
+def forget() -> None:
+    """Remove the scenes that videos are decoded in: of work that ends, or as undo or a saved file brought them back."""
+    for scene in _scenes():
+        # Blender keeps the last one.
+        if len(bpy.data.scenes) > 1:
+            bpy.data.scenes.remove(scene)
+
+
+def _scenes() -> list[bpy.types.Scene]:
+    return [scene for scene in bpy.data.scenes if scene.get(DECODES) and scene.library is None]
 
 
 def _order(wanted: list[int], folder: Path, of_face: bool) -> Iterator[int | None]:
@@ -226,7 +240,10 @@ def _flush() -> None:
     ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None).fflush(None)
 
 
-def _set_up(scene: bpy.types.Scene, path: str) -> None:
+def _set_up(path: str) -> bpy.types.Scene:
+    """A scene that shows a video."""
+    scene = bpy.data.scenes.new("Facewright decoding")
+    scene[DECODES] = True
     editor = scene.sequence_editor_create()
     # Blender 5.0 renamed the collection; an empty one is falsy, so it must not be asked for its truth.
     strips = editor.strips if hasattr(editor, "strips") else editor.sequences
@@ -243,3 +260,4 @@ def _set_up(scene: bpy.types.Scene, path: str) -> None:
     render.image_settings.color_mode = "RGB"
     scene.view_settings.view_transform = "Standard"
     scene.sequencer_colorspace_settings.name = "sRGB"
+    return scene

@@ -39,13 +39,12 @@ class FACEWRIGHT_OT_track(ClipOperator, WorkOperator, bpy.types.Operator):
 
     def start(self, context: bpy.types.Context) -> Work[Tracks]:
         scene, clip = context.scene, self.movie_clip(context)
-        # The editor may show another clip by the time the work is done.
-        self.clip = clip.name
+        self.begin_with(clip)
         settings = actions.Settings.of(scene.facewright_track, scene.facewright_camera.text)
         return actions.tracked(actions.shown(clip, scene), settings)
 
-    def finish(self, context: bpy.types.Context, result: Tracks) -> str:
-        return actions.place(self.movie_clip(context), result)
+    def finish(self, _context: bpy.types.Context, result: Tracks) -> str:
+        return actions.place(self.begun_with(), result)
 
 
 class FACEWRIGHT_OT_open_tracks(ClipOperator, OpenOperator, bpy.types.Operator):

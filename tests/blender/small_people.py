@@ -34,12 +34,12 @@ def small(person: Person) -> Any:
     return made
 
 
-def library(monkeypatch: Any, folders: dict[str, Person]) -> None:
-    """Lets the library reconstruct the small person of a clip's folder at once."""
+def library(monkeypatch: Any, folders: dict[str, Person], rounds: int = 0) -> None:
+    """Lets the library reconstruct the small person of a clip's folder, at once or in some steps."""
 
     def reconstruct(frames: list[str], **_settings: Any) -> Finished:
         job = Finished(small(folders[frames[0].split("/")[-2]]))
-        job.rounds = 0
+        job.rounds = rounds
         return job
 
     monkeypatch.setattr(module("reconstruct.actions"), "reconstruct", reconstruct)
