@@ -32,6 +32,7 @@ def place(
     others = heads.heads(scene)
     known = heads.begun(scene, parent) if head is None else heads.claimed(scene, head)
     parts = {name: _part(known, name, vertices[1] - vertices[0]) for name, vertices, _ in result.parts}
+    named = {name: shapes.named_by_artist(obj.data) for name, obj in parts.items()}
     for name, vertices, quads in result.parts:
         if not parts[name].data.vertices:
             shapes.build(parts[name].data, result, vertices, quads)
@@ -43,6 +44,8 @@ def place(
         if name != SKIN:
             _hang(obj, skin, known)
             _drive_keys(obj, skin)
+    for name, names in named.items():
+        shapes.name_keys(parts[name].data, names)
     if not known.parts:
         skins = [other.skin for other in others if other.skin is not None]
         skin.location = free_place(scene, to_blender(result.positions), skins, set(parts.values()))
@@ -81,12 +84,12 @@ def _hang(obj: bpy.types.Object, skin: bpy.types.Object, before: Head) -> None:
 
 
 def _drive_keys(obj: bpy.types.Object, skin: bpy.types.Object) -> None:
-    """Let the keys of a part follow the skin's of the same name."""
+    """Let the keys of a part follow the skin's of the same name; an artist's own have none there."""
     keys = obj.data.shape_keys
     if keys is None:
         return
     drivers = {curve.data_path: curve.driver for curve in (keys.animation_data.drivers if keys.animation_data else [])}
-    for block in list(keys.key_blocks)[1:]:
+    for block in [block for block in list(keys.key_blocks)[1:] if block.name in skin.data.shape_keys.key_blocks]:
         driver = drivers.get(block.path_from_id("value"))
         path = f'key_blocks["{block.name}"].value'
         if driver is None:
@@ -96,10 +99,14 @@ def _drive_keys(obj: bpy.types.Object, skin: bpy.types.Object) -> None:
             target.id_type, target.data_path = "KEY", path
             target.id = skin.data.shape_keys
         for target in _own_targets(driver, path):
-            target.id = skin.data.shape_keys
+            target.id, target.data_path = skin.data.shape_keys, path
 
 
 def _own_targets(driver: bpy.types.Driver, path: str) -> list[bpy.types.DriverTarget]:
-    """What a driver of ours reads; an artist's own driver has none."""
+    """What a driver of ours reads; an artist's own driver has none.
+
+    Where the skin's shape at rest was deleted, the key that came first has become that, and its drivers with it.
+    """
     targets = [target for variable in driver.variables for target in variable.targets]
-    return [target for target in targets if target.id_type == "KEY" and target.data_path == path]
+    ours = {path, f'key_blocks["{shapes.BASIS}"].value'}
+    return [target for target in targets if target.id_type == "KEY" and target.data_path in ours]

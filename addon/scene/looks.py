@@ -28,12 +28,20 @@ def dress(title: str, parts: Parts, before: Parts, pictures: dict[Look, NDArray[
         kept += _paint(title, look, [obj for name, obj in parts.items() if LOOKS[name] == look], pixels)
     made: dict[Look, bpy.types.Material] = {}
     for name, obj in parts.items():
-        if not obj.data.materials:
+        if not _materials([obj]):
             look = LOOKS[name]
             if look not in made:
                 made[look] = new_material(f"{title} {look.name}", look, obj.get(PICTURE))
-            obj.data.materials.append(made[look])
+            _wear(obj, made[look])
     return kept
+
+
+def _wear(obj: bpy.types.Object, material: bpy.types.Material) -> None:
+    """Give a part that has no material one: a slot remains of one that was deleted."""
+    if obj.material_slots:
+        obj.material_slots[0].material = material
+    else:
+        obj.data.materials.append(material)
 
 
 def _like(name: str, parts: Parts) -> list[bpy.types.Object]:
@@ -45,8 +53,8 @@ def _like(name: str, parts: Parts) -> list[bpy.types.Object]:
 def _inherit(obj: bpy.types.Object, like: list[bpy.types.Object]) -> None:
     """Give a part what it lacks, material or picture, of the first that looks like it and has it."""
     worn = _materials(like)
-    if not obj.data.materials and worn:
-        obj.data.materials.append(worn[0])
+    if not _materials([obj]) and worn:
+        _wear(obj, worn[0])
     painted = [other[PICTURE] for other in like if other.get(PICTURE) is not None]
     if obj.get(PICTURE) is None and painted:
         obj[PICTURE] = painted[0]

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..engine import Reconstruction
+from . import pose_keys
 from .axes import to_blender
 
 BASIS = "Basis"
@@ -43,7 +44,7 @@ def shape(obj: bpy.types.Object, head: Reconstruction, vertices: tuple[int, int]
 
     An artist's own keys go with what they are relative to. Gives what else of an artist's was kept.
     """
-    mesh, before = obj.data, _blocks(obj.data)
+    mesh, before = obj.data, _with_rest(obj)
     sculpted = _sculpted(mesh, before)
     made = to_blender(head.positions[vertices[0] : vertices[1]])
     offsets = _offsets(head, vertices, is_skin)
@@ -57,6 +58,34 @@ def shape(obj: bpy.types.Object, head: Reconstruction, vertices: tuple[int, int]
     _remember(mesh, made, {name: _traits(offset) for name, offset in offsets.items()})
     mesh.update()
     return _kept(obj.name, int((np.abs(sculpted).max(axis=1) > 0.0).sum()), list(own))
+
+
+def named_by_artist(mesh: bpy.types.Mesh) -> dict[str, str]:
+    """Give the keys that an artist has renamed the names of a run again; gives the artist's by those.
+
+    A key is known by its offsets, the shape at rest by being the first.
+    """
+    before, traits = _blocks(mesh), json.loads(mesh.get(TRAITS, "{}"))
+    if not before:
+        return {}
+    first = next(iter(before))
+    theirs = {BASIS: first} if BASIS not in before and first not in traits else {}
+    others = {name: _traits(places - before[first]) for name, places in before.items() if name not in {first, *traits}}
+    for name in [name for name in traits if name not in before and any(traits[name])]:
+        same = [other for other, found in others.items() if _is_near(found, traits[name])]
+        theirs |= {name: same[0]} if same else {}
+    name_keys(mesh, {other: name for name, other in theirs.items()})
+    return theirs
+
+
+def name_keys(mesh: bpy.types.Mesh, names: dict[str, str]) -> None:
+    """Rename keys, by their present names; what animates and drives them follows."""
+    for present, name in names.items():
+        mesh.shape_keys.key_blocks[present].name = name
+
+
+def _is_near(traits: list[float], others: list[float]) -> bool:
+    return bool(np.abs(np.subtract(traits, others)).max() <= TRAIT_ERROR)
 
 
 def _kept(name: str, vertices: int, keys: list[str]) -> list[str]:
@@ -91,11 +120,7 @@ def _sculpted_keys(mesh: bpy.types.Mesh, before: dict[str, Positions], ours: set
     """The offsets of those keys of ours that an artist has changed."""
     traits = json.loads(mesh.get(TRAITS, "{}"))
     offsets = {name: before[name] - before[BASIS] for name in before if name in ours & traits.keys()}
-    return {
-        name: offset
-        for name, offset in offsets.items()
-        if np.abs(np.subtract(_traits(offset), traits[name])).max() > TRAIT_ERROR
-    }
+    return {name: offset for name, offset in offsets.items() if not _is_near(_traits(offset), traits[name])}
 
 
 def _followed(mesh: bpy.types.Mesh, before: dict[str, Positions], after: dict[str, Positions]) -> dict[str, Positions]:
@@ -107,6 +132,34 @@ def _followed(mesh: bpy.types.Mesh, before: dict[str, Positions], after: dict[st
             change = after[name] - before[name] if name in after and name in before else 0.0
             found[block.name] = before[block.name] + change
     return found
+
+
+def _with_rest(obj: bpy.types.Object) -> dict[str, Positions]:
+    """Where every key has the vertices; a shape at rest that was deleted is the first key again."""
+    before = _blocks(obj.data)
+    if before and BASIS not in before:
+        rest = obj.data.attributes.get(MADE)
+        places = _read(rest.data, "vector") if rest is not None else _read(obj.data.vertices, "co")
+        _set_first(obj, places)
+        before = {BASIS: places, **before}
+    return before
+
+
+def _set_first(obj: bpy.types.Object, places: Positions) -> None:
+    """Make the first key the shape at rest, and a new one of what it was: Blender puts no key before the first."""
+    keys = obj.data.shape_keys
+    first = keys.key_blocks[0]
+    name, before = first.name, _read(first.data, "co")
+    first.name = BASIS
+    _set_block(obj, BASIS, places)
+    _set_block(obj, name, before)
+    new = keys.key_blocks[name]
+    new.value = first.value
+    # What animates and drives a key has gone along with its name.
+    drivers = keys.animation_data.drivers if keys.animation_data is not None else []
+    for curve in [*(pose_keys.curves(keys) or []), *drivers]:
+        if curve.data_path == first.path_from_id("value"):
+            curve.data_path = new.path_from_id("value")
 
 
 def _remember(mesh: bpy.types.Mesh, made: Positions, traits: dict[str, list[float]]) -> None:

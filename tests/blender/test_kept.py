@@ -193,3 +193,66 @@ def test_a_head_of_a_version_that_remembered_nothing_gets_the_new_shape(
     assert reds(anna) == {OLDER_ANNA.red}
     assert np.isfinite(evaluated(anna)).all()
     assert json.loads(anna.data["facewright_keys"]), "the next run will know"
+
+
+def test_a_renamed_key_is_made_anew_under_its_new_name_and_its_parts_still_follow(
+    clips: Clips, grown: Callable[[], None]
+) -> None:
+    anna = run(clips.anna)
+    block(anna, "jawOpen").keyframe_insert("value", frame=5)
+    count = len(anna.data.shape_keys.key_blocks)
+    block(anna, "Basis").name, block(anna, "jawOpen").name = "Rest", "Mouth Wide"
+    before = places(block(anna, "Mouth Wide")) - places(block(anna, "Rest"))
+    for _ in range(2):
+        grown()
+        run(clips.anna)
+        names = [key.name for key in anna.data.shape_keys.key_blocks]
+        assert names[0] == "Rest" and "Mouth Wide" in names and len(names) == count, "no key is made twice"
+        after = places(block(anna, "Mouth Wide")) - places(block(anna, "Rest"))
+        assert np.abs(after - before * OLDER_ANNA.size / ANNA.size).max() < 1e-6, "it is the new one"
+    teeth = head_of(anna).parts["teeth_lower"]
+    rest = evaluated(teeth)
+    block(anna, "Mouth Wide").value = 1.0
+    assert (rest - evaluated(teeth))[:, 2].mean() > 0.004, "the teeth follow it"
+    (curve,) = module("scene.pose_keys").curves(anna.data.shape_keys)
+    assert "Mouth Wide" in curve.data_path
+
+
+def test_a_shape_at_rest_that_was_deleted_is_the_first_key_again(clips: Clips, grown: Callable[[], None]) -> None:
+    anna = run(clips.anna)
+    anna.shape_key_add(name="Scar", from_mix=False).value = 0.0
+    move(block(anna, "Scar"), DIMPLE)
+    block(anna, "eyeBlinkLeft").keyframe_insert("value", frame=5)
+    anna.active_shape_key_index = 0
+    assert bpy.ops.object.shape_key_remove() == {"FINISHED"}
+    grown()
+    run(clips.anna)
+    keys = anna.data.shape_keys
+    (curve,) = module("scene.pose_keys").curves(keys)
+    assert curve.data_path == block(anna, "eyeBlinkLeft").path_from_id("value"), "the key that came first is animated"
+    assert keys.reference_key.name == "Basis"
+    assert all(key.relative_key == keys.reference_key for key in keys.key_blocks)
+    assert size(anna) == pytest.approx(OLDER_ANNA.size, abs=1e-3)
+    assert np.abs(evaluated(anna) - places(keys.reference_key)).max() < 1e-6
+    assert kept(anna) == []
+
+
+def test_an_own_key_of_a_part_is_not_driven(clips: Clips) -> None:
+    anna = run(clips.anna)
+    tongue = head_of(anna).parts["tongue"]
+    tongue.shape_key_add(name="Scar", from_mix=False)
+    run(clips.anna)
+    block(tongue, "Scar").value = 0.5
+    assert "Scar" not in module("scene.keys").driven(tongue)
+    evaluated(tongue)
+    assert block(tongue, "Scar").value == 0.5
+
+
+def test_a_deleted_material_comes_back_into_its_slot(clips: Clips, grown: Callable[[], None]) -> None:
+    anna = run(clips.anna)
+    for worn in list(bpy.data.materials):
+        bpy.data.materials.remove(worn)
+    grown()
+    run(clips.anna)
+    assert all(len(obj.material_slots) == 1 for obj in head_of(anna).objects)
+    assert reds(anna) == {OLDER_ANNA.red}
