@@ -129,8 +129,10 @@ def _duplicate(scene: bpy.types.Scene, obj: bpy.types.Object) -> bpy.types.Objec
     for held in (copy, copy.data):
         for name in list(held.keys()):
             del held[name]
-    for note in [copy.data.attributes[name] for name in NOTES if name in copy.data.attributes]:
-        copy.data.attributes.remove(note)
+    for name in NOTES:
+        # One at a time: removing one moves those after it in memory.
+        if name in copy.data.attributes:
+            copy.data.attributes.remove(copy.data.attributes[name])
     scene.collection.objects.link(copy)
     return copy
 
