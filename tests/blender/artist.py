@@ -11,6 +11,7 @@ import consistent
 import numpy as np
 from people import duplicated, select
 from tracking import module
+from windowed import begun
 
 EXPRESSIONS = ("neutral", "happiness", "surprise")
 MODES = ("OBJECT", "EDIT", "SCULPT", "WEIGHT_PAINT", "TEXTURE_PAINT")
@@ -26,6 +27,7 @@ class Artist:
 
     folder: Path
     clips: list[str]
+    monkeypatch: Any
     steps: list[dict[str, str] | None] = field(default_factory=list)
     # Of the action that is done now, so that leaving another one out changes nothing of it.
     chance: random.Random = field(default_factory=random.Random)
@@ -44,6 +46,11 @@ class Artist:
     def file(self, suffix: str = ".blend") -> str:
         self.files += 1
         return str(self.folder / f"{self.files}{suffix}")
+
+    def stepped(self) -> None:
+        """A step of undo was made."""
+        modes = {obj.mode for obj in bpy.data.objects}
+        self.steps.append(consistent.state() if modes <= {"OBJECT"} else None)
 
     def opened(self) -> None:
         """Another file is open: its history begins."""
@@ -78,8 +85,7 @@ def do(artist: Artist, name: str, seed: int) -> None:
     ACTIONS[name][0](artist)
     if name not in NO_STEP:
         bpy.ops.ed.undo_push(message=name)
-        modes = {obj.mode for obj in bpy.data.objects}
-        artist.steps.append(consistent.state() if modes <= {"OBJECT"} else None)
+        artist.stepped()
 
 
 def press(button: Any, **options: Any) -> bool:
@@ -88,6 +94,7 @@ def press(button: Any, **options: Any) -> bool:
     try:
         return button(**options) == {"FINISHED"}
     except RuntimeError as refused:
+        assert "Traceback" not in str(refused), f"it failed: {str(refused)[-400:]}"
         if changed := consistent.difference(before, consistent.state()):
             raise AssertionError(f"it was refused ({refused}) and yet changed {changed}") from refused
         return False
@@ -106,8 +113,30 @@ def reconstruct(artist: Artist) -> None:
     if press(bpy.ops.facewright.reconstruct):
         skins = [head.skin for head in module("scene.heads").heads(bpy.context.scene) if head.key == settings.wanted]
         assert len(skins) == 1, f"{len(skins)} heads have the key of the one that was made"
+        assert not (loose := consistent.loose(skins[0])), f"these follow nothing: {loose}"
         assert not (sharing := consistent.shared(skins[0])), f"the run did not tell heads apart: {sharing}"
     assert unused() <= before, f"the run left over what nobody uses: {sorted(unused() - before)}"
+
+
+@action(3)
+def reconstruct_meanwhile(artist: Artist) -> None:
+    """Press the button, and do something else at any moment of the work."""
+    settings = bpy.context.scene.facewright_clip
+    settings.path = artist.chance.choice(artist.clips)
+    bpy.ops.ed.undo_push(message="Clip")
+    artist.stepped()
+    if not bpy.ops.facewright.reconstruct.poll():
+        return
+    work = begun(artist.monkeypatch, bpy.ops.facewright.reconstruct)
+    # It is over with the second step.
+    for _ in range(artist.chance.randrange(2)):
+        work.step()
+    names = [name for name in ACTIONS if name not in ALONE]
+    do(artist, artist.chance.choice(names), artist.chance.randrange(1 << 30))
+    ended = work.end()
+    assert not any("has failed" in said for said in work.said), work.said
+    if "FINISHED" in ended:
+        artist.stepped()
 
 
 def unused() -> set[str]:
@@ -198,8 +227,30 @@ def paint(artist: Artist) -> None:
 @action(2)
 def add_key(artist: Artist) -> None:
     head = artist.own_head()
-    if head is not None and bpy.context.mode == "OBJECT" and head.skin.data.shape_keys is not None:
-        head.skin.shape_key_add(name="Scar", from_mix=False).value = 0.5
+    if head is not None and bpy.context.mode == "OBJECT":
+        obj = artist.chance.choice((head.skin, artist.chance.choice(head.objects)))
+        obj.shape_key_add(name="Scar", from_mix=False).value = 0.5
+
+
+@action(1)
+def rename_key(artist: Artist) -> None:
+    head = artist.own_head()
+    keys = artist.chance.choice(head.objects).data.shape_keys if head is not None else None
+    if keys is not None and len(keys.key_blocks) > 1:
+        artist.chance.choice(list(keys.key_blocks)[1:]).name = artist.chance.choice(("Mine", "jawOpen"))
+
+
+@action(1)
+def delete_key(artist: Artist) -> None:
+    """By its button: a script that takes a key from under its driver crashes Blender."""
+    head, layer = artist.own_head(), bpy.context.view_layer.objects
+    obj = artist.chance.choice(head.objects) if head is not None else None
+    if obj is None or bpy.context.mode != "OBJECT" or obj not in layer.values() or obj.data.shape_keys is None:
+        return
+    layer.active = obj
+    obj.active_shape_key_index = artist.chance.randrange(len(obj.data.shape_keys.key_blocks))
+    if bpy.ops.object.shape_key_remove.poll():
+        bpy.ops.object.shape_key_remove()
 
 
 @action(3)
@@ -417,5 +468,15 @@ def export(artist: Artist) -> None:
         raise AssertionError(f"the export changed {changed}")
 
 
-# These leave the history as it is, or begin another.
-NO_STEP = {"undo_and_redo", "undo", "paint", "save_and_open", "append_elsewhere", "link_elsewhere"}
+# These leave the history as it is, make steps themselves, or begin another.
+NO_STEP = {
+    "undo_and_redo",
+    "undo",
+    "paint",
+    "reconstruct_meanwhile",
+    "save_and_open",
+    "append_elsewhere",
+    "link_elsewhere",
+}
+# These are not done while work goes on: another file ends it, and only one runs at a time.
+ALONE = {"reconstruct", "reconstruct_meanwhile", "save_and_open", "append_elsewhere", "link_elsewhere"}

@@ -70,9 +70,6 @@ def _of_drivers(obj: bpy.types.Object, skin: bpy.types.Object) -> Iterator[str]:
     """The keys of a part follow those of its own skin."""
     keys, led = obj.data.shape_keys, skin.data.shape_keys
     curves = keys.animation_data.drivers if keys is not None and keys.animation_data is not None else []
-    blocks = list(keys.key_blocks)[1:] if keys is not None else []
-    paths = {curve.data_path for curve in curves}
-    yield from (f"{b.name} of {obj.name} has no driver" for b in blocks if b.path_from_id("value") not in paths)
     followed = {target.id for c in curves for variable in c.driver.variables for target in variable.targets}
     # A part of a copy whose skin was deleted is this head's, and follows it with the next run.
     if obj.parent != skin and not any(_is_worn(key) for key in followed):
@@ -80,11 +77,28 @@ def _of_drivers(obj: bpy.types.Object, skin: bpy.types.Object) -> Iterator[str]:
     # Blender forgets what a local copy of a linked part follows: it links no keys.
     if obj.library != skin.library:
         return
-    yield from (f"the driver of {c.data_path} of {obj.name} is not valid" for c in curves if not c.driver.is_valid)
     strange = [key.name_full if key is not None else "nothing" for key in followed - {led}]
     yield from (f"{obj.name} follows {name} and not {skin.name}" for name in strange)
-    if obj.visible_get() and skin.visible_get():
-        yield from _of_values(obj, skin)
+    if not strange and obj.visible_get() and skin.visible_get():
+        yield from _of_values(obj, skin, curves)
+
+
+def _of_values(obj: bpy.types.Object, skin: bpy.types.Object, curves: Any) -> Iterator[str]:
+    """What the artist sees of a part's keys is what the skin's have; one that was deleted there leads no more."""
+    graph = bpy.context.evaluated_depsgraph_get()
+    seen, led = (shown.evaluated_get(graph).data.shape_keys for shown in (obj, skin))
+    for curve in curves if seen is not None and led is not None else []:
+        path = curve.driver.variables[0].targets[0].data_path
+        mine, value = _value(seen, curve.data_path), _value(led, path)
+        if mine is not None and value is not None and abs(mine - value) > 1e-4:
+            yield f"{curve.data_path} of {obj.name} does not follow {path} of {skin.name}"
+
+
+def _value(keys: bpy.types.Key, path: str) -> float | None:
+    try:
+        return keys.path_resolve(path)
+    except ValueError:
+        return None
 
 
 def _is_worn(key: bpy.types.Key | None) -> bool:
@@ -92,14 +106,17 @@ def _is_worn(key: bpy.types.Key | None) -> bool:
     return key is not None and any(obj.data == key.user for scene in bpy.data.scenes for obj in scene.objects)
 
 
-def _of_values(obj: bpy.types.Object, skin: bpy.types.Object) -> Iterator[str]:
-    """What the artist sees of a part's keys is what the skin's have."""
-    graph = bpy.context.evaluated_depsgraph_get()
-    seen, led = (shown.evaluated_get(graph).data.shape_keys for shown in (obj, skin))
-    if seen is not None and led is not None:
-        pairs = [(b, led.key_blocks.get(b.name)) for b in list(seen.key_blocks)[1:]]
-        apart = [b.name for b, other in pairs if other is None or abs(b.value - other.value) > 1e-4]
-        yield from (f"{name} of {obj.name} does not follow {skin.name}" for name in apart)
+def loose(skin: bpy.types.Object) -> list[str]:
+    """Keys that a run has just made of parts and that follow none of the skin's."""
+    head = next(head for head in module("scene.heads").heads(bpy.context.scene) if head.skin == skin)
+    found = []
+    for obj in [obj for obj in head.objects if obj != skin]:
+        animation = obj.data.shape_keys.animation_data
+        led = {curve.data_path for curve in animation.drivers if curve.driver.is_valid} if animation else set()
+        made = json.loads(obj.data["facewright_keys"])
+        blocks = [block for block in obj.data.shape_keys.key_blocks if block.name in made]
+        found += [f"{b.name} of {obj.name}" for b in blocks if b.path_from_id("value") not in led]
+    return found
 
 
 def shared(skin: bpy.types.Object) -> list[str]:

@@ -16,15 +16,15 @@ from consistent import faults
 from people import ANNA, BEN, clip_of
 from small_people import VERTICES, library
 
-SEQUENCES, LENGTH = 200, 15
+SEQUENCES, LENGTH = 200, 12
 Sequence = list[tuple[str, int]]
 
 
-def failure(sequence: Sequence, folder: Path) -> tuple[int, list[str]]:
+def failure(sequence: Sequence, folder: Path, monkeypatch: Any) -> tuple[int, list[str]]:
     """The number of actions after which a file is not consistent, and what is wrong; none where all is well."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=False)
     folder = Path(mkdtemp(dir=folder))
-    artist = Artist(folder, [clip_of(folder, person) for person in (ANNA, BEN)])
+    artist = Artist(folder, [clip_of(folder, person) for person in (ANNA, BEN)], monkeypatch)
     artist.opened()
     for done, (name, seed) in enumerate(sequence, 1):
         try:
@@ -37,21 +37,21 @@ def failure(sequence: Sequence, folder: Path) -> tuple[int, list[str]]:
     return len(sequence), []
 
 
-def shortest(sequence: Sequence, folder: Path) -> Sequence:
+def shortest(sequence: Sequence, folder: Path, monkeypatch: Any) -> Sequence:
     """A failing sequence without the actions that it fails without."""
     for number in reversed(range(len(sequence) - 1)):
         shorter = sequence[:number] + sequence[number + 1 :]
-        if failure(shorter, folder)[1]:
+        if failure(shorter, folder, monkeypatch)[1]:
             sequence = shorter
     return sequence
 
 
 @pytest.mark.parametrize("seed", range(SEQUENCES))
 def test_whatever_an_artist_does_leaves_a_consistent_file(seed: int, tmp_path: Path, monkeypatch: Any) -> None:
-    library(monkeypatch, {person.name: person for person in (ANNA, BEN)})
+    library(monkeypatch, {person.name: person for person in (ANNA, BEN)}, rounds=1)
     sequence = drawn(random.Random(seed), LENGTH)
-    done, wrong = failure(sequence, tmp_path)
+    done, wrong = failure(sequence, tmp_path, monkeypatch)
     if wrong:
-        short = shortest(sequence[:done], tmp_path)
-        _, said = failure(short, tmp_path)
+        short = shortest(sequence[:done], tmp_path, monkeypatch)
+        _, said = failure(short, tmp_path, monkeypatch)
         pytest.fail(f"seed {seed}, action {done}: {wrong}\nshortest: {short}\nthere: {said}", pytrace=False)
