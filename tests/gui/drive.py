@@ -287,6 +287,39 @@ def edit_mode_entered_meanwhile_mixes_nothing(session: Session) -> None:
     expect(updated["data"]["object Face"] != made["data"]["object Face"], "the head is not the other person's")
 
 
+def an_undo_meanwhile_is_an_undo_and_the_head_comes_all_the_same(session: Session) -> None:
+    before = finish(session, RECONSTRUCT)
+    point_at_view(session)
+    for key in ("g", "x", "1", "Return"):
+        session.desktop.press(key)
+    moved = session.settled()
+    expect(moved["data"]["object Face"] != before["data"]["object Face"], "the head has not been moved")
+    session.type_into(CLIP_FIELD, str(session.mirrored_clip()))
+    choose_first_head(session)
+    start(session, RECONSTRUCT)
+    point_at_view(session)
+    for _ in range(3):
+        session.desktop.press("ctrl+z")
+    session.wait("the job ends", RUN_SECONDS, lambda s: not s["running"])
+    updated = session.settled()
+    expect(updated["data"].keys() == before["data"].keys(), f"it is not updated: {difference(before, updated)}")
+    expect(
+        updated["data"]["image Face skin"] != before["data"]["image Face skin"], "the head is not the other person's"
+    )
+    undo(session, "ctrl+z", before)
+
+
+def a_new_file_meanwhile_ends_the_work(session: Session) -> None:
+    start(session, RECONSTRUCT)
+    session.wait("the bar grows", RUN_SECONDS, lambda s: s["fraction"] > 0.1)
+    point_at_view(session)
+    session.desktop.press("ctrl+n")
+    session.desktop.press("Return")
+    session.wait("the new file ends the job", ANSWER_SECONDS, lambda s: not s["running"])
+    after = session.settled()
+    expect(not PARTS & after["data"].keys(), "the new file has got the head")
+
+
 def a_drag_is_not_disturbed(session: Session) -> None:
     finish(session, RECONSTRUCT)
     start(session, RECONSTRUCT)
@@ -426,6 +459,8 @@ TESTS: dict[str, list[Test]] = {
         a_head_grows_while_it_works_and_esc_takes_it_away,
         an_update_that_is_undone_gives_back_shape_and_skin,
         edit_mode_entered_meanwhile_mixes_nothing,
+        an_undo_meanwhile_is_an_undo_and_the_head_comes_all_the_same,
+        a_new_file_meanwhile_ends_the_work,
         a_drag_is_not_disturbed,
         the_report_opens_as_a_text_in_one_undo_step,
         blender_closes_while_the_job_runs,
