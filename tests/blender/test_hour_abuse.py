@@ -7,7 +7,7 @@ from typing import Any
 
 import bpy
 import pytest
-from conftest import snapshot
+from conftest import ROOT, snapshot
 from consistent import difference, faults, state
 from people import ANNA, BEN, OLDER_ANNA, Clips, clip_of, head_of, heads, reds, reopened, run, select, size
 from small_people import VERTICES, small
@@ -479,6 +479,29 @@ def test_a_motion_goes_into_the_scene_and_to_the_clip_with_which_it_began(
     assert "it is in the scene Scene, in which it began" in done.said[-1]
     assert module("motion.actions").known(scene) is not None
     assert module("motion.actions").known(bpy.data.scenes["Other"]) is None
+
+
+def test_the_librarys_own_work_goes_on_through_all_of_that(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Slow: a real head is made of the synthetic person's frames, by the library's threads."""
+    scene, window = bpy.context.scene, bpy.context.window
+    scene.facewright_clip.path, scene.facewright_clip.texture_size = str(ROOT / "tests/data/clip/frames"), "1024"
+    bpy.ops.ed.undo_push(message="Clip")
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.ops.ed.undo_push(message="Cube")
+    done = begun(monkeypatch, RECONSTRUCT)
+    done.step()
+    bpy.ops.ed.undo()
+    bpy.ops.ed.redo()
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "meanwhile.blend"), copy=True)
+    window.scene = bpy.data.scenes.new("Other")
+    assert done.end(pause_s=0.05) == {"FINISHED"}, done.said
+    assert "it is in the scene Scene, in which it began" in done.said[-1]
+    assert not heads() and "Cube was in Edit Mode, which was left" in done.said[-1]
+    window.scene = bpy.data.scenes["Scene"]
+    (made,) = heads()
+    assert len(made.skin.data.shape_keys.key_blocks) == 68 and set(made.parts) == set(VERTICES)
+    assert faults({name: len(obj.data.vertices) for name, obj in made.parts.items()}) == []
 
 
 @pytest.fixture

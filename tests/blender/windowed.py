@@ -1,5 +1,6 @@
 """Work as it runs in a window: the operator's own steps, with what an artist does in between."""
 
+import time
 from collections.abc import Callable
 from types import FunctionType, MethodType, SimpleNamespace
 from typing import Any
@@ -39,9 +40,10 @@ class Run:
             bpy.ops.ed.undo_push(message=self.operator.bl_label)
         return ended
 
-    def end(self) -> set[str]:
-        """All its steps."""
+    def end(self, pause_s: float = 0.0) -> set[str]:
+        """All its steps, with a pause before each as the timer has it."""
         for _ in range(MANY):
+            time.sleep(pause_s)
             if (ended := self.step()) != {"RUNNING_MODAL"}:
                 return ended
         raise AssertionError("the work does not end")
