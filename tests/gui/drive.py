@@ -167,7 +167,7 @@ def scroll_down(session: Session) -> None:
     """Bring the lower panels of the side bar into sight."""
     left, top, width, height = session.rectangle("side_bar")
     session.desktop.point(left + width // 2, top + height // 2)
-    session.desktop.turn_wheel_down(20)
+    session.desktop.turn_wheel(20)
     session.glance()
 
 

@@ -13,7 +13,7 @@ FILES = sorted(p for p in ADDON.rglob("*.py") if "__pycache__" not in p.parts)
 # What a module of a kind may import of the add-on itself.
 ALLOWED = {
     "panel": {"operators", "actions", "scene", "modal", "running"},
-    "operators": {"actions", "options", "scene", "engine", "jobs", "modal", "running"},
+    "operators": {"actions", "options", "scene", "engine", "jobs", "modal", "running", "delivery"},
     "actions": {"scene", "engine", "jobs", "preferred"},
     "properties": {"actions", "options"},
     "options": {"actions"},
