@@ -69,6 +69,15 @@ _strips: dict[Key, Strip] = {}
 _looking: list[Key] = []
 
 
+def readable(settings: Any) -> bool:
+    """Whether what a scene says of the frames left out can be read; where not, the clip's length line says so."""
+    try:
+        source_of(settings)
+    except FacewrightError:
+        return False
+    return True
+
+
 def strip_of(settings: Any) -> Strip | None:
     """The chosen clip as it was looked at, if it was."""
     return _strips.get(_key(settings))
@@ -272,7 +281,7 @@ def toggle(settings: Any, number: int) -> str:
 
 def leave_out(settings: Any, first: int, last: int, is_out: bool = True) -> str:
     """Leave out a stretch of frames, or take it in again; gives the message."""
-    before = {n for span in source.spans(settings.left_out) for n in range(span[0], span[1] + 1)}
+    before = source.overlap(source.spans(settings.left_out), 0, last_of(settings))
     stretch = set(range(first, last + 1))
     settings.left_out = source.text_of(before | stretch if is_out else before - stretch)
     ends = sorted({shown_number(settings, number) for number in (first, last)})

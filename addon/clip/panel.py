@@ -45,7 +45,8 @@ class FACEWRIGHT_PT_frames(bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return bool(context.scene.facewright_clip.path) and context.scene.facewright_clip.frames != 0
+        settings = context.scene.facewright_clip
+        return bool(settings.path) and settings.frames != 0 and actions.readable(settings)
 
     def draw(self, context: bpy.types.Context) -> None:
         settings = context.scene.facewright_clip

@@ -214,7 +214,10 @@ def length_line(settings: Any) -> tuple[str, bool] | None:
     first, last = (settings.first, min(settings.last, count - 1)) if settings.use_range else (0, count - 1)
     if settings.use_range and last - first < 1:
         return f"The clip has {count} frames, 0 to {count - 1}", False
-    used = last - first + 1 - len(overlap(spans(settings.left_out), first, last))
+    try:
+        used = last - first + 1 - len(overlap(spans(settings.left_out), first, last))
+    except FacewrightError as error:
+        return str(error)[:1].upper() + str(error)[1:], False
     if used < 1:
         return "Every frame is left out: take some of them in again", False
     what = "pictures" if settings.pictures else "frames"

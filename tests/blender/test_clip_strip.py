@@ -189,6 +189,8 @@ def test_everything_left_out_is_said_before_a_run(settings: Any) -> None:
     settings.left_out = "3-x"
     with pytest.raises(RuntimeError, match="numbers and stretches like 12-40,77, not 3-x"):
         bpy.ops.facewright.reconstruct()
+    assert "like 12-40,77, not 3-x" in drawn("FACEWRIGHT_PT_clip")
+    assert not bpy.types.FACEWRIGHT_PT_frames.poll(SimpleNamespace(scene=bpy.context.scene))
 
 
 def test_all_frames_are_used_again_by_one_click(looked: Any, settings: Any) -> None:
