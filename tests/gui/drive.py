@@ -106,7 +106,7 @@ def frames_are_chosen_with_the_eyes(session: Session) -> None:
     session.picture_of_editor("frames")
     pick(session, 3)
     session.wait("the part begins there", ANSWER_SECONDS, lambda s: s["clip"]["part"] == [3, 20])
-    session.click_button(CLICK, (0.85,))
+    session.click_button(CLICK, (0.75,))
     pick(session, 10)
     session.wait("its stretch is left out", ANSWER_SECONDS, lambda s: s["clip"]["left_out"] == "10")
     pick(session, 16)
