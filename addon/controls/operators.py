@@ -36,7 +36,7 @@ class FACEWRIGHT_OT_add_controls(bpy.types.Operator):
         if pose(context, made) and before is None and not bpy.app.background:
             # The target would be far before the head.
             actions.mark(made, lambda role: role != actions.EYES)
-            view.present(context.window)
+            view.present_wide(context.window)
             actions.mark(made, lambda _: False)
         return message
 

@@ -1,6 +1,7 @@
 """What the windows show of a head, and what is selected."""
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -26,6 +27,41 @@ def present(window: bpy.types.Window) -> None:
             region = next(region for region in area.regions if region.type == "WINDOW")
             with bpy.context.temp_override(window=window, area=area, region=region):
                 bpy.ops.view3d.view_selected()
+
+
+def present_wide(window: bpy.types.Window) -> None:
+    """The same for what is wide, in the part of each view that the side bar leaves free."""
+    with _at_once():
+        present(window)
+    for area in window.screen.areas:
+        view = area.spaces.active.region_3d if area.type == "VIEW_3D" else None
+        if view is not None and view.view_perspective != "CAMERA":
+            regions = {region.type: region for region in area.regions}
+            _step_aside(view, regions["WINDOW"].width, regions["UI"].width)
+
+
+@contextmanager
+def _at_once() -> Iterator[None]:
+    """Views turn without the time that they usually take, so that they can be moved further."""
+    preferences = bpy.context.preferences
+    before, was_dirty = preferences.view.smooth_view, preferences.is_dirty
+    preferences.view.smooth_view = 0
+    try:
+        yield
+    finally:
+        preferences.view.smooth_view = before
+        preferences.is_dirty = was_dirty
+
+
+def _step_aside(view: bpy.types.RegionView3D, width: int, covered: int) -> None:
+    """Move a view so that its middle is in the middle of what a side bar leaves of it, both in pixels."""
+    if not bpy.context.preferences.system.use_region_overlap:
+        return
+    view.update()
+    right = view.view_rotation @ Vector((1.0, 0.0, 0.0))
+    ends = [view.perspective_matrix @ place.to_4d() for place in (view.view_location, view.view_location + right)]
+    pixels = (ends[1].x / ends[1].w - ends[0].x / ends[0].w) * width / 2.0
+    view.view_location += right * (covered / 2.0 / pixels)
 
 
 @dataclass
