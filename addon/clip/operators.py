@@ -45,8 +45,8 @@ class FACEWRIGHT_OT_survey(WorkOperator, bpy.types.Operator):
         """At once: nothing in the file changes that a drag or another mode could be mixed with."""
         assert self._given is not None
         (given,) = self._given
-        self._end(context)
-        return reported(self, lambda: self.finish(context, given))
+        self._end(context, cancelled=False)
+        return self._said(lambda: self.finish(context, given))
 
     def finish(self, context: bpy.types.Context, result: Strip) -> str:
         assert self._frames is not None, "start has set it"
@@ -174,7 +174,7 @@ class FACEWRIGHT_OT_open_recent_clip(bpy.types.Operator):
     bl_label = "Recent Clip"
     bl_options = {"UNDO", "INTERNAL"}
 
-    number: bpy.props.IntProperty(min=0)
+    number: bpy.props.IntProperty(name="Clip", description="Row in the list of recent clips", min=0)
 
     def execute(self, context: bpy.types.Context) -> Result:
         return reported(self, lambda: actions.choose_recent(context.scene.facewright_clip, self.number))

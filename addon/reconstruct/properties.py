@@ -29,7 +29,7 @@ def _meet(clip: Any) -> None:
 class FacewrightPicture(bpy.types.PropertyGroup):
     """A picture of the clip's folder, by its file's name."""
 
-    name: bpy.props.StringProperty(name="Picture")
+    name: bpy.props.StringProperty(name="Picture", description="Name of the picture's file")
 
 
 class FacewrightClip(bpy.types.PropertyGroup):

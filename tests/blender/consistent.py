@@ -140,6 +140,10 @@ class _Drawn(Layout):
     def panel(self, _name: str, **_more: Any) -> tuple["_Drawn", "_Drawn"]:
         return self, self
 
+    def panel_prop(self, data: Any, name: str) -> tuple["_Drawn", "_Drawn"]:
+        self.prop(data, name)
+        return self, self
+
     def __getattr__(self, _name: str) -> Any:
         return lambda *_given, **_more: self
 

@@ -44,7 +44,7 @@ def meanwhile(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Run]:
         if moment == "delivered":
             with monkeypatch.context() as held:
                 held.setattr(module("modal"), "busy_with", lambda _context: "done, let go of the mouse")
-                while module("modal").Running.stage != "done, let go of the mouse":
+                while module("modal").Running.progress.stage != "done, let go of the mouse":
                     assert done.step() == {"RUNNING_MODAL"}
                 artist()
         else:
@@ -397,7 +397,7 @@ def test_a_result_waits_for_a_render(clips: Clips, monkeypatch: pytest.MonkeyPat
         rendering.setattr(module("delivery"), "bpy", SimpleNamespace(app=app))
         for _ in range(6):
             assert done.step() == {"RUNNING_MODAL"}
-        assert modal.Running.stage == "done, waits for the render"
+        assert modal.Running.progress.stage == "done, waits for the render"
         assert not heads(), "the pictures that it reads stay"
     assert done.end() == {"FINISHED"}
     assert_small(bpy.context.object, ANNA)
@@ -526,7 +526,7 @@ def decoding(monkeypatch: pytest.MonkeyPatch, path: str) -> Run:
     done = begun(monkeypatch, RECONSTRUCT)
     for _ in range(5):
         done.step()
-    assert module("modal").Running.stage == "decode" and len(bpy.data.scenes) == 2
+    assert module("modal").Running.progress.stage == "decode" and len(bpy.data.scenes) == 2
     return done
 
 

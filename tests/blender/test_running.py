@@ -46,7 +46,7 @@ def worker(work: Any, message: str = "made", fails: Exception | None = None) -> 
             self.hidden.append(cancelled)
 
     operator = Worker()
-    operator._work = work
+    operator._work, operator._scene = work, bpy.context.scene.session_uid
     module("running").Running.begin(Worker)
     return operator
 
