@@ -513,6 +513,7 @@ def video(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     bpy.ops.wm.read_homefile(use_empty=True)
     monkeypatch.setattr(module("reconstruct.actions"), "reconstruct", lambda *_f, **_s: Finished(small(ANNA)))
     monkeypatch.setattr(module("scene.video"), "is_decoded_by_library", lambda _path: False)
+    monkeypatch.setattr(module("scene.video"), "check_face", lambda *_frames: Finished())
     monkeypatch.setattr(module("scene.video"), "STEP_SECONDS", 0.0)
     return str(folder / "clip.mp4")
 

@@ -40,6 +40,7 @@ def test_a_videos_frames_have_their_numbers_with_ffmpeg_and_without(
     tmp_path: Path, library: Any, monkeypatch: pytest.MonkeyPatch, is_there: bool
 ) -> None:
     monkeypatch.setattr(module("scene.video"), "is_decoded_by_library", lambda _path: is_there)
+    monkeypatch.setattr(module("scene.video"), "check_face", lambda *_frames: Finished())
     numbered_clip(tmp_path / "clip.mp4", 24)
     bpy.ops.wm.read_homefile(use_empty=True)
     actions, asked = module("track.actions"), library()
