@@ -22,6 +22,7 @@ class Desktop:
         if not number:
             raise RuntimeError("Xvfb does not start: no window can be opened")
         self.display = f":{number}"
+        self.clicks = 0
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -39,7 +40,12 @@ class Desktop:
         self._hand("mousemove", str(x - 2), str(y), "mousemove", str(x), str(y))
 
     def click(self) -> None:
+        self.clicks += 1
         self._hand("click", "1")
+
+    def double_click(self) -> None:
+        self.clicks += 2
+        self._hand("click", "--repeat", "2", "--delay", "50", "1")
 
     def click_and_press(self, key: str) -> None:
         """Both at once: the program gets the key right after the click, however busy it is."""
@@ -49,13 +55,21 @@ class Desktop:
         """Press a key or keys by the X names: `Escape`, `ctrl+z`."""
         self._hand("key", key)
 
+    def drag(self, start: tuple[int, int], to: tuple[int, int], steps: int) -> None:
+        """Press the mouse's button at a place and let it go at another, with some stops between."""
+        self.point(*start)
+        self._hand("mousedown", "1")
+        for step in range(1, steps + 1):
+            self.point(*(a + (b - a) * step // steps for a, b in zip(start, to)))
+        self._hand("mouseup", "1")
+
+    def bring_forward(self, name: str) -> None:
+        """What a click on a window does where there is a window manager; by an expression for its name."""
+        self._hand("search", "--name", name, "windowraise", "windowfocus")
+
     def turn_wheel(self, notches: int) -> None:
         """Down by some notches, or up by a negative number."""
         self._hand("click", "--repeat", str(abs(notches)), "--delay", "5", "5" if notches > 0 else "4")
-
-    def turn_wheel_up_with(self, key: str) -> None:
-        """One notch of the wheel while a key is held."""
-        self._hand("keydown", key, "click", "4", "keyup", key)
 
     def type(self, text: str) -> None:
         self._hand("type", text)

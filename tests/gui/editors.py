@@ -12,8 +12,9 @@ from mathutils import Euler
 # This word among the editors: all panels are open, as an artist may have left them.
 OPEN = "OPEN"
 WORDS = os.environ["FACEWRIGHT_GUI_EDITORS"].split()
-# The test is about the first; another one is shown beside it.
-EDITOR, *BESIDE = (word for word in WORDS if word != OPEN)
+# The test is about the first; another one is shown beside it. None: Blender as it starts.
+EDITORS = [word for word in WORDS if word != OPEN]
+EDITOR, *BESIDE = EDITORS or ["VIEW_3D"]
 # Blender lets the tab of a side bar be chosen only once the side bar has been drawn.
 DRAWING_SECONDS = 0.5
 # The face looks into the camera there.
@@ -21,6 +22,11 @@ FRONTAL_FRAME = 11
 TAIL_FRAMES = 2
 # Blender's number for a camera's frame as wide as the view.
 FILLED_ZOOM = 29.0
+
+
+def is_fresh() -> bool:
+    """Whether the test begins with Blender as it is after it was installed, without our extension."""
+    return not EDITORS
 
 
 def window() -> bpy.types.Window:

@@ -20,7 +20,8 @@ import numpy as np
 from mathutils import Vector
 
 sys.path.insert(0, str(Path(__file__).parent))
-from editors import OPEN, WORDS, areas, open_panels, place, prepare_editor, window
+from editors import EDITOR, OPEN, WORDS, areas, is_fresh, open_panels, place, prepare_editor, window
+from everywhere import heads_at_this_frame, hovered, seen_everywhere, worn
 
 PACKAGE = "bl_ext.user_default.facewright"
 ZIP, CLIP, STATE = (Path(os.environ[f"FACEWRIGHT_GUI_{name}"]) for name in ("ZIP", "CLIP", "STATE"))
@@ -30,10 +31,11 @@ TICK_SECONDS = 0.05
 
 def life() -> Generator[float, None, None]:
     """Prepare, then write the state again and again; yields how long Blender may go on meanwhile."""
-    prepare_scene()
-    yield from prepare_editor(CLIP)
-    with bpy.context.temp_override(window=window(), area=place("WINDOW")[0]):
-        bpy.ops.ed.undo_push(message="Prepared")
+    if not is_fresh():
+        prepare_scene()
+        yield from prepare_editor(CLIP)
+        with bpy.context.temp_override(window=window(), area=place("WINDOW")[0]):
+            bpy.ops.ed.undo_push(message="Prepared")
     told: dict[str, Any] = {"tick": 0, "answered": 0}
     while True:
         told |= {"tick": told["tick"] + 1} | shown()
@@ -62,28 +64,41 @@ def prepare_scene() -> None:
 
 def shown() -> dict[str, Any]:
     """What the window shows, and what the library does."""
+    told = {"height": window().height, "hovered": hovered(), "mode": bpy.context.mode} | work() | seen_everywhere()
+    told |= {"smiles": smiles(), "camera": bpy.context.scene.camera.name if bpy.context.scene.camera else ""}
+    # Instead of the editor there may be a file browser now.
+    return told | (editor() if areas(EDITOR) else {})
+
+
+def work() -> dict[str, Any]:
+    """What the library does, or did last; nothing before the extension is there."""
+    if PACKAGE not in bpy.context.preferences.addons:
+        return {"installed": False, "running": False, "stage": "", "fraction": 0.0, "step": None}
     running = importlib.import_module(f"{PACKAGE}.running").Running
-    area, side_bar = place("UI")
     return {
-        "height": window().height,
-        "side_bar": rectangle(side_bar),
-        "editor": rectangle(area),
-        "hovered": hovered(),
+        "installed": True,
         "running": running.active,
         # Of what runs, or ran last.
         "stage": running.progress.stage,
         "fraction": running.progress.fraction,
         "step": running.progress.step,
         "sketched": importlib.import_module(f"{PACKAGE}.scene.sketch").Sketch.drawn is not None,
-        "looks": [look(area.spaces.active.region_3d) for area in areas("VIEW_3D")],
-        "smiles": smiles(),
-        "handle": handle(),
         "clip": chosen(),
         "head": bpy.context.scene.facewright_clip.head,
-        "mode": bpy.context.mode,
+    }
+
+
+def editor() -> dict[str, Any]:
+    """Where the editor is, and what the 3D views show."""
+    area, side_bar = place("UI")
+    return {
+        "side_bar": rectangle(side_bar),
+        "tab": side_bar.active_panel_category if side_bar.width > 1 else "",
+        "editor": rectangle(area),
+        "looks": [look(area.spaces.active.region_3d) for area in areas("VIEW_3D")],
+        "handle": handle(),
         "colours": [area.spaces.active.shading.color_type for area in areas("VIEW_3D")],
         "heads_seen": [seen(area) for area in areas("VIEW_3D")],
-        "camera": bpy.context.scene.camera.name if bpy.context.scene.camera else "",
         "views": [area.spaces.active.region_3d.view_perspective for area in areas("VIEW_3D")],
     }
 
@@ -107,24 +122,13 @@ def made() -> dict[str, Any]:
         "tracks": {name: len(o.tracks) for name, o in tracking_objects().items()},
         "data": data(),
         "undo_steps": undo_steps(),
+        "boxes": heads_at_this_frame(),
+        "worn": worn(),
     }
 
 
 def rectangle(part: bpy.types.Area | bpy.types.Region) -> list[int]:
     return [part.x, part.y, part.width, part.height]
-
-
-def hovered() -> str:
-    """The Python command of the button under the mouse, or the path of its property; empty over anything else."""
-    area, region = place("UI")
-    with bpy.context.temp_override(window=window(), area=area, region=region):
-        if bpy.ops.ui.copy_python_command_button.poll():
-            bpy.ops.ui.copy_python_command_button()
-        elif bpy.ops.ui.copy_data_path_button.poll():
-            bpy.ops.ui.copy_data_path_button(full_path=True)
-        else:
-            return ""
-    return bpy.context.window_manager.clipboard
 
 
 def seen(area: bpy.types.Area) -> float:
@@ -275,6 +279,9 @@ def guarded() -> Generator[float, None, None]:
 preferences = bpy.context.preferences
 preferences.view.show_splash = False
 preferences.view.use_save_prompt = False
-preferences.use_preferences_save = False
+# A fresh Blender keeps what it was set to, as a user's does: the extension must still be there when it starts again.
+preferences.use_preferences_save = is_fresh()
+if is_fresh():
+    preferences.view.filebrowser_display_type = "SCREEN"
 course = guarded()
 bpy.app.timers.register(lambda: next(course, None), persistent=True)

@@ -20,6 +20,8 @@ def choose(session: Session, number: int, head: str) -> State:
 
 def point_at_row(session: Session, number: int) -> None:
     left, top = session.point_at_button(ROWS)
+    while session.hovers_over(ROWS, left, top - ROW_HEIGHT):
+        top -= ROW_HEIGHT
     session.desktop.point(left, top + number * ROW_HEIGHT)
     session.glance()
 

@@ -22,6 +22,10 @@ ANSWER_SECONDS = 60
 SEARCH_STEP = 12
 # Where in its width.
 COLUMNS = (0.3, 0.7, 0.87)
+# What is longer than the screen is scrolled: by so many notches of the wheel, so often.
+NOTCHES, PAGES, TO_THE_TOP = 12, 4, 60
+# From the left border of a side bar to where nothing is drawn.
+EDGE = 4
 
 
 class Unexpected(Exception):
@@ -45,7 +49,8 @@ class Setup:
 class Session:
     """Blender with the extension installed and the clip chosen, as a context; user files and state are its own.
 
-    `editors` are Blender's names of those in the window's main area; the test is about the first.
+    `editors` are Blender's names of those in the window's main area; the test is about the first. Without any it is
+    Blender as it starts, with neither extension nor clip.
     """
 
     def __init__(self, desktop: Desktop, setup: Setup, editors: str, log: Path) -> None:
@@ -55,16 +60,33 @@ class Session:
         self._folder = Path(tempfile.mkdtemp(prefix="facewright-gui-"))
         self._state, self._question = self._folder / "state.json", self._folder / "question"
         self._questions = 0
+        self.folder = self._folder / "work"
+        self.folder.mkdir()
+        self._places: dict[str, tuple[int, int]] = {}
+        self.extension, self.clip = self._setup.extension, self._setup.clip
+        self._start("w")
+        return self
+
+    def start_again(self) -> None:
+        """Blender once more after it was closed, with what its user has set."""
+        self._state.unlink()
+        self._questions = 0
+        self._question.unlink(missing_ok=True)
+        self._start("a")
+        self.get_ready()
+
+    def _start(self, mode: str) -> None:
         geometry = ["--window-geometry", "0", "0", str(SIZE[0]), str(SIZE[1])]
         script = str(Path(__file__).with_name("in_blender.py"))
-        with self._log.open("w") as log:
+        # A fresh Blender's settings are the factory's too, and are kept when it ends.
+        settings = ["--factory-startup"] if self._editors else []
+        with self._log.open(mode) as log:
             self._blender = subprocess.Popen(
-                ["blender", "--factory-startup", *geometry, "--python", script],
+                ["blender", *settings, *geometry, "--python", script],
                 env=self.desktop.environment | self._environment(),
                 stdout=log,
                 stderr=subprocess.STDOUT,
             )
-        return self
 
     def get_ready(self) -> None:
         self.wait("Blender opens its window and installs the extension", START_SECONDS, lambda _: True)
@@ -121,18 +143,69 @@ class Session:
         self.desktop.click()
 
     def point_at_button(self, command: str, columns: Sequence[float] = COLUMNS) -> tuple[int, int]:
-        """Find a button by moving the mouse down the editor's side bar, as the eye would, in parts of its width.
+        """Find a button in the editor's side bar, as the eye would: where it is, else from its top to its end.
 
-        Gives its place.
+        It is looked for in some parts of the side bar's width. Gives its place.
         """
+        if self._is_still_there(command):
+            return self._places[command]
         left, top, width, height = self.rectangle("side_bar")
-        for column in columns:
-            for y in range(top + SEARCH_STEP, top + height, SEARCH_STEP):
-                place = int(left + column * width), y
-                self.desktop.point(*place)
-                if self.glance()["hovered"] == command:
-                    return place
+        for notches in (0, -TO_THE_TOP, *[NOTCHES] * PAGES):
+            if notches:
+                self.scroll(notches)
+            if self._found(command, [int(left + column * width) for column in columns], range(top, top + height)):
+                return self._places[command]
         raise Unexpected(f"the side bar has no button for {command}")
+
+    def scroll(self, notches: int) -> None:
+        """Turn the wheel down, or up, at the side bar's border, where no list would turn instead."""
+        left, top, _, height = self.rectangle("side_bar")
+        self.desktop.point(left + EDGE, top + height // 2)
+        self.desktop.turn_wheel(notches)
+
+    def _is_still_there(self, command: str) -> bool:
+        """Whether a button is where it was found before."""
+        return command in self._places and self.hovers_over(command, *self._places[command])
+
+    def hovers_over(self, command: str, x: int, y: int) -> bool:
+        """Whether a button is at a place of the screen, where the mouse is then."""
+        self.desktop.point(x, y)
+        return self.glance()["hovered"] == command
+
+    def _found(self, command: str, across: list[int], down: range) -> bool:
+        """Move the mouse down the screen at some places until it is over a button."""
+        for x in across:
+            for y in down[SEARCH_STEP::SEARCH_STEP]:
+                if self.hovers_over(command, x, y):
+                    self._places[command] = x, y
+                    return True
+        return False
+
+    def point_in(self, region: str, command: str) -> None:
+        """Find a button of a header by moving the mouse along it."""
+        if self._is_still_there(command):
+            return
+        left, top, width, height = self.region(region)
+        y = top + height // 2
+        over: list[int] = []
+        for x in range(left + SEARCH_STEP, left + width, SEARCH_STEP):
+            self.desktop.point(x, y)
+            if self.glance()["hovered"] == command:
+                over.append(x)
+            elif over:
+                # Its ends may be arrows, which do something else.
+                self._places[command] = (over[0] + over[-1]) // 2, y
+                self.desktop.point(*self._places[command])
+                self.glance()
+                return
+        raise Unexpected(f"{region} has no button for {command}")
+
+    def region(self, name: str) -> tuple[int, int, int, int]:
+        """Left, top, width and height of the last region of a kind on the screen, such as `FILE_BROWSER EXECUTE`."""
+        known = self.glance()["regions"]
+        expect(name in known, f"no {name} is shown")
+        left, bottom, width, height = known[name]
+        return left, SIZE[1] - bottom - height, width, height
 
     @contextmanager
     def held(self) -> Iterator[None]:
@@ -163,6 +236,10 @@ class Session:
         frames = [str(frame) for frame in sorted((self._setup.clip / "frames").iterdir())]
         subprocess.run(["mogrify", "-flop", "-path", str(folder), *frames], check=True)
         return folder
+
+    def keep(self, name: str, content: bytes) -> None:
+        """Leave a file in the results."""
+        (self._setup.out / name).write_bytes(content)
 
     def picture(self, name: str) -> None:
         """Save the whole screen to the results."""

@@ -1,8 +1,10 @@
-//! `cargo x test --gui`: the extension in a real Blender window, used by mouse and keyboard.
+//! `cargo x test --gui`, `cargo x manual --pictures`: the extension in a real Blender window, used by mouse and keyboard.
 //!
 //! Blender, a virtual screen and a virtual hand are installed into a Debian of their own under `target/gui`: the machine gets
 //! at most debootstrap. `tests/gui/drive.py` does the tests inside.
 
+use crate::environment::BLENDER_5_0;
+use crate::fetch::{THREE, npm_package};
 use crate::run::{root, run, say, target};
 use anyhow::{Context, bail};
 use std::path::Path;
@@ -33,7 +35,26 @@ pub fn gui(zip: &Path) -> anyhow::Result<()> {
         // The driver's last line has said how many failed; nothing is to follow it.
         std::process::exit(1);
     }
-    Ok(())
+    read_back()
+}
+
+/// What the hour's test has exported, as Blender 5.0 and three.js read it.
+fn read_back() -> anyhow::Result<()> {
+    let mut python = BLENDER_5_0.python()?;
+    python.arg("tests/gui/read_back.py").arg(target("gui"));
+    if Command::new("node").arg("--version").output().is_ok() {
+        python.arg("--three").arg(npm_package(&THREE)?);
+    } else {
+        say("skipped: three.js needs `node` on PATH");
+    }
+    run(&mut python)
+}
+
+/// Makes the manual's pictures of what the tests have left.
+pub fn pictures() -> anyhow::Result<()> {
+    let mut make = inside();
+    make.args(["python3", "tests/gui/pictures.py", "--shots", "target/gui"]);
+    run(make.args(["--frames", "tests/data/clip/frames", "--out", "docs/manual/pictures"]))
 }
 
 /// Makes the Debian folder when it is not there or its recipe has changed.
