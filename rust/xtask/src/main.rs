@@ -17,6 +17,7 @@ mod fuzz;
 mod generic_head;
 mod gltf;
 mod gui;
+mod manual;
 mod run;
 mod tables;
 mod test;
@@ -88,6 +89,12 @@ enum Task {
     },
     /// Type-checks the library for Windows, macOS and both kinds of Linux
     Cross,
+    /// Builds the manual's pages into target/manual
+    Manual {
+        /// Take its pictures anew first, in a real Blender window; needs root
+        #[arg(long)]
+        pictures: bool,
+    },
     /// Rebuilds blend_fixtures/*.blend from their scripts
     Fixtures,
     /// Files broken at random, for minutes: no panic, no hang, no memory that only a number in the file asks for
@@ -115,6 +122,7 @@ fn main() -> anyhow::Result<()> {
             addon::bundle(&wheels.as_deref().map_or(Library::Portable, Library::Wheels)).map(drop)
         }
         Task::Cross => cross::cross(),
+        Task::Manual { pictures } => manual::manual(pictures),
         Task::Fixtures => test::fixtures(),
         Task::Fuzz { minutes, seed } => fuzz::fuzz(minutes, seed),
     }
