@@ -34,6 +34,8 @@ def install_from_disk(session: Session) -> None:
     click_at(session, left + width + INSTALL_FROM_DISK[0], top + INSTALL_FROM_DISK[1])
     choose_file(session, session.extension.parent, session.extension.name)
     session.wait("the extension is installed", INSTALL_SECONDS, lambda s: s["installed"])
+    # So that the picture shows it in the list.
+    session.settled()
     session.picture("hour-01-installed")
     to_the_main_window(session)
 

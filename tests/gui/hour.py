@@ -36,6 +36,7 @@ MOST_CLICKS = 5
 BEYOND, COMPARED = 43, (1, 11, 20, 30, 40)
 # How far the head turns from each pose to the next; where the timeline's first and last pose are on the screen.
 TURN_DEGREES = 15
+STEPS_BACK = 4
 RULER = ((39, 762), (195, 762))
 
 
@@ -229,12 +230,14 @@ def export(session: Session) -> dict[str, dict[str, list[float]]]:
 
 
 def choose_head(session: Session) -> None:
-    """Show all that there is, and click the first head."""
+    """Look from in front, where the heads stand beside each other, step back, and click the first one."""
     point_at_view(session)
-    session.desktop.press("Home")
-    session.wait("the head is in view", ANSWER_SECONDS, lambda s: FIRST_HEAD in s["heads_at"])
+    session.desktop.press("KP_1")
+    session.desktop.turn_wheel(STEPS_BACK)
+    # The view turns slowly.
     time.sleep(1.0)
-    x, y = session.glance()["heads_at"][FIRST_HEAD]
+    session.wait("the first head is in view", ANSWER_SECONDS, lambda s: FIRST_HEAD in s["heads_at"])
+    x, y = session.settled()["heads_at"][FIRST_HEAD]
     session.desktop.point(x, SIZE[1] - y)
     session.desktop.click()
     session.wait("the first head is active", ANSWER_SECONDS, lambda s: s["active"] == FIRST_HEAD)
