@@ -80,6 +80,10 @@ def the_hour(session: Session) -> None:
     expect_appended(saved, session.settled())
     go_to(session, 20)
     expect_still(truth["20"], session.settled()["boxes"])
+    point_at_view(session)
+    # What was appended is selected: turn the view to it.
+    session.desktop.press("KP_Decimal")
+    session.settled()
     session.picture("hour-12-appended")
 
 
