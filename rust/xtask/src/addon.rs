@@ -3,7 +3,7 @@
 use crate::environment::BLENDER_5_0;
 use crate::run::{copy, empty, root, run, say, target};
 use crate::wheel::{self, name};
-use crate::{compile, generic_head};
+use crate::{compile, generic_head, manual};
 use anyhow::{Context, bail};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -66,12 +66,7 @@ fn stage(wheels: &[PathBuf]) -> anyhow::Result<PathBuf> {
     for name in NOTICES {
         std::fs::copy(root().join(name), stage.join(name)).with_context(|| format!("{name} is missing"))?;
     }
-    let manual = target("manual");
-    if manual.join("index.html").is_file() {
-        copy(&manual, &stage.join("manual"))?;
-    } else {
-        say("without the manual: cargo x manual builds it");
-    }
+    copy(&manual::pages()?, &stage.join("manual"))?;
     copy(&assets, &stage.join("assets"))?;
     std::fs::remove_file(stage.join("assets/built-from.txt"))?;
     std::fs::create_dir_all(stage.join("wheels"))?;
