@@ -62,6 +62,7 @@ def the_hour(session: Session) -> None:
     session.picture("hour-03-clip")
     stages = [make_first_head(session)]
     session.picture("hour-04-head")
+    look_from_in_front(session)
     stages += animate(session)
     scrub(session, stages, range(1, BEYOND + 1))
     stages.append(add_second_person(session, stages[-1]))
@@ -80,10 +81,8 @@ def the_hour(session: Session) -> None:
     expect_appended(saved, session.settled())
     go_to(session, 20)
     expect_still(truth["20"], session.settled()["boxes"])
-    point_at_view(session)
-    # What was appended is selected: turn the view to it.
-    session.desktop.press("KP_Decimal")
-    session.settled()
+    # What was appended is selected.
+    look_from_in_front(session)
     session.picture("hour-12-appended")
 
 
@@ -120,6 +119,16 @@ def make_first_head(session: Session) -> State:
     seen = session.wait("the view has turned to the head", ANSWER_SECONDS, lambda s: s["heads_seen"][0] > 0.4)
     expect(seen["colours"] == ["TEXTURE"], f"the view shows {seen['colours'][0]} colours")
     return made
+
+
+def look_from_in_front(session: Session) -> None:
+    """Turn the view to what is selected, where an expression is seen best."""
+    point_at_view(session)
+    session.desktop.press("KP_1")
+    session.desktop.press("KP_Decimal")
+    # The view turns slowly.
+    time.sleep(1.0)
+    session.settled()
 
 
 def animate(session: Session) -> list[State]:
@@ -235,8 +244,7 @@ def export(session: Session) -> dict[str, dict[str, list[float]]]:
 
 def choose_head(session: Session) -> None:
     """Look from in front, where the heads stand beside each other, step back, and click the first one."""
-    point_at_view(session)
-    session.desktop.press("KP_1")
+    look_from_in_front(session)
     session.desktop.turn_wheel(STEPS_BACK)
     # The view turns slowly.
     time.sleep(1.0)
