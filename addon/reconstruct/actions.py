@@ -146,8 +146,9 @@ def show(layer: Any, face: Any) -> None:
     view.select(layer, face)
 
 
-def present(window: Any) -> None:
-    """Frame what is selected in a window, with its texture."""
+def present(window: Any, face: Any, glance: view.Glance) -> None:
+    """Frame a new head, which is selected, in a window: its front, with its texture."""
+    glance.face(window, face.matrix_world.to_quaternion())
     view.present(window)
 
 

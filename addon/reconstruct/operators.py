@@ -12,6 +12,7 @@ from ..running import idle
 from ..scene import heads
 from ..scene.growing import Growing
 from ..scene.source import source_of
+from ..scene.view import Glance
 from . import actions
 
 
@@ -35,6 +36,7 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
     _chosen = ("", "")
     _wanted = _folder = ""
     _growing: Growing | None = None
+    _glance: Glance | None = None
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -52,7 +54,8 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
         self._folder = bpy.path.abspath(self.output or clip.output)
         # An update is not drawn: the head that is there would be in its place.
         is_drawn = self._wanted == heads.NEW and not bpy.app.background
-        self._growing = Growing(context.scene) if is_drawn else None
+        self._glance = Glance()
+        self._growing = Growing(context.scene, self._glance) if is_drawn else None
         source = source_of(clip)
         settings = actions.Settings(
             camera=context.scene.facewright_camera.text or None,
@@ -81,7 +84,8 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
         clip.show_frames = False
         made, further = actions.report_lines(result.report)[:1], actions.next_step(face not in before)
         if face not in before and not bpy.app.background and context.window.scene == scene:
-            actions.present(context.window)
+            assert self._glance is not None, "start has set it"
+            actions.present(context.window, face, self._glance)
         if self._folder and (complaint := actions.write(result, self._folder)):
             self.report({"WARNING"}, complaint)
         # What is kept, and warnings, stay in the report.

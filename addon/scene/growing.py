@@ -14,10 +14,10 @@ from .view import Glance
 class Growing:
     """The head of some work: sketched in the scene in which that began, looked at until it ends."""
 
-    def __init__(self, scene: bpy.types.Scene) -> None:
+    def __init__(self, scene: bpy.types.Scene, glance: Glance) -> None:
         self._scene = scene.as_pointer()
         self._sketch: Sketch | None = None
-        self._glance = Glance()
+        self._glance = glance
 
     def show(self, window: bpy.types.Window, positions: Positions) -> None:
         """Draw it as far as it is, (n, 3) in the head frame, metres. The first time the views turn to its place."""

@@ -3,13 +3,18 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from math import radians
 from typing import Any
 
 import bpy
-from mathutils import Vector
+from mathutils import Euler, Quaternion, Vector
+
+from .axes import FORWARD
 
 # Distance of a view from what it shows, in sizes of that.
 DISTANCE = 2.5
+# A new face is seen from so far above its front, and so far from its own left: both cheeks show, and the nose's form.
+ABOVE, ASIDE = radians(10.0), radians(20.0)
 
 
 def present(window: bpy.types.Window) -> None:
@@ -72,18 +77,26 @@ class Glance:
     _turned: dict[int, tuple[Any, Any]] = field(default_factory=dict)
 
     def turn(self, window: bpy.types.Window, centre: Vector, size: float) -> None:
-        """Look at a ball of a diameter, from where the views are; a view through a camera stays as it is."""
+        """Look at a head of a size that stands upright; a view through a camera stays as it is."""
         for view in _views(window):
             before = _look(view)
             view.view_location, view.view_distance = centre, DISTANCE * size
+            _face(view, Quaternion())
             self._turned[view.as_pointer()] = before, _look(view)
+
+    def face(self, window: bpy.types.Window, head: Quaternion) -> None:
+        """Look at a head's front as it is turned, but for views that the artist has moved since they looked there."""
+        for view in _views(window):
+            _, turned = self._turned.get(view.as_pointer(), (None, None))
+            if turned is None or _look(view) == turned:
+                _face(view, head)
 
     def back(self, window: bpy.types.Window) -> None:
         """Look where the views looked before, but for those that the artist has moved since."""
         for view in _views(window):
             before, turned = self._turned.get(view.as_pointer(), (None, None))
             if before is not None and _look(view) == turned:
-                view.view_location, view.view_distance = before[:3], before[3]
+                view.view_location, view.view_distance, view.view_rotation = before[:3], before[3], before[4:]
 
 
 def _views(window: bpy.types.Window) -> Iterator[bpy.types.RegionView3D]:
@@ -93,7 +106,15 @@ def _views(window: bpy.types.Window) -> Iterator[bpy.types.RegionView3D]:
 
 
 def _look(view: bpy.types.RegionView3D) -> tuple[float, ...]:
-    return (*view.view_location, view.view_distance)
+    return (*view.view_location, view.view_distance, *view.view_rotation)
+
+
+def _face(view: bpy.types.RegionView3D, head: Quaternion) -> None:
+    """Turn a view to a head's front, with what is up in the scene upwards; one along an axis is the artist's choice."""
+    if view.is_orthographic_side_view or view.lock_rotation:
+        return
+    before_face = Euler((FORWARD[0] - ABOVE, 0.0, ASIDE)).to_quaternion()
+    view.view_rotation = (head @ before_face @ Vector((0.0, 0.0, 1.0))).to_track_quat("Z", "Y")
 
 
 def select(layer: bpy.types.ViewLayer, obj: bpy.types.Object) -> bool:

@@ -6,7 +6,7 @@ from typing import Any
 import bpy
 import numpy as np
 import pytest
-from mathutils import Vector
+from mathutils import Euler, Quaternion, Vector
 from tracking import SHAPE, Finished, drawn, module
 
 
@@ -123,16 +123,57 @@ def test_a_refused_clip_is_told_in_the_panel_too(running: Any) -> None:
 
 def test_views_look_at_a_growing_head_and_back_when_it_is_cancelled(addon: ModuleType) -> None:
     window, view = view_of_window()
-    before = (view.view_location.copy(), view.view_distance)
+    before = look(view)
     glance = module("scene.view").Glance()
     glance.turn(window, Vector((1.0, 2.0, 3.0)), 0.3)
     assert view.view_location == Vector((1.0, 2.0, 3.0)) and view.view_distance == pytest.approx(0.75)
+    assert seen_from(view) == pytest.approx((20.0, 10.0), abs=0.01)
     glance.back(window)
-    assert (view.view_location, view.view_distance) == before
+    assert look(view) == pytest.approx(before, abs=1e-6)
     glance.turn(window, Vector((1.0, 2.0, 3.0)), 0.3)
     view.view_location = (9.0, 9.0, 9.0)
     glance.back(window)
     assert view.view_location == Vector((9.0, 9.0, 9.0)), "the artist has looked elsewhere meanwhile"
+
+
+@pytest.mark.parametrize("kind", ["PERSP", "ORTHO"])
+def test_a_new_face_is_seen_from_its_left_and_above_however_the_head_is_turned(addon: ModuleType, kind: str) -> None:
+    window, view = view_of_window()
+    view.view_perspective = kind
+    heading = Quaternion((0.0, 0.0, 1.0), np.radians(50.0))
+    module("scene.view").Glance().face(window, heading)
+    assert seen_from(view, heading) == pytest.approx((20.0, 10.0), abs=0.01)
+    nodding = Quaternion((0.0, 1.0, 0.0), np.radians(25.0)) @ Quaternion((1.0, 0.0, 0.0), np.radians(15.0))
+    module("scene.view").Glance().face(window, nodding)
+    assert seen_from(view, nodding) == pytest.approx((20.0, 10.0), abs=0.01)
+    assert abs((view.view_rotation @ Vector((1.0, 0.0, 0.0))).z) < 1e-5, "the horizon stays level"
+
+
+def test_a_view_that_the_artist_turned_meanwhile_or_along_an_axis_keeps_its_angle(addon: ModuleType) -> None:
+    window, view = view_of_window()
+    glance = module("scene.view").Glance()
+    glance.turn(window, Vector(), 0.3)
+    glance.face(window, Quaternion((0.0, 0.0, 1.0), 0.5))
+    assert seen_from(view)[0] == pytest.approx(20.0 + np.degrees(0.5), abs=0.01), "nobody has moved it"
+    view.view_rotation = orbited = Euler((1.0, 0.0, 2.0)).to_quaternion()
+    glance.face(window, Quaternion())
+    assert look(view)[4:] == pytest.approx(orbited[:], abs=1e-6)
+    # Blender's own way to say so: it turns the view to the nearest axis.
+    view.view_perspective, view.is_orthographic_side_view = "ORTHO", True
+    aligned = look(view)[4:]
+    assert aligned != pytest.approx(orbited[:], abs=1e-3)
+    module("scene.view").Glance().turn(window, Vector(), 0.3)
+    assert look(view)[4:] == aligned and view.view_distance == pytest.approx(0.75)
+
+
+def look(view: Any) -> tuple[float, ...]:
+    return (*view.view_location, view.view_distance, *view.view_rotation)
+
+
+def seen_from(view: Any, head: Any = None) -> tuple[float, float]:
+    """From where a view sees a face: degrees to the head's own left of its front, and above it."""
+    towards = (head or Quaternion()).inverted() @ (view.view_rotation @ Vector((0.0, 0.0, 1.0)))
+    return float(np.degrees(np.arctan2(towards.x, -towards.y))), float(np.degrees(np.arcsin(towards.z)))
 
 
 def view_of_window() -> tuple[Any, Any]:
@@ -140,6 +181,7 @@ def view_of_window() -> tuple[Any, Any]:
     window.screen.areas[0].type = "VIEW_3D"
     view = window.screen.areas[0].spaces.active.region_3d
     view.view_perspective, view.view_location, view.view_distance = "PERSP", (0.5, 0.0, 0.0), 10.0
+    view.is_orthographic_side_view, view.view_rotation = False, Euler((1.1, 0.0, 0.8)).to_quaternion()
     return window, view
 
 
