@@ -9,9 +9,10 @@ import bpy
 from ..engine import FacewrightError
 from . import controls_bones, controls_carry, controls_drivers, controls_limits, controls_measure, controls_mesh, heads
 from . import controls_shapes as shapes
-from .controls_find import CONTROLS, LED, bones, led, of, our_drivers
+from .controls_find import CONTROLS, LED, REACH, bones, led, of, our_drivers
 from .controls_layout import LINKS
 from .heads import KEY, SKIN, Head
+from .keys import asked, expressions
 
 TITLE = "Controls"
 # What is nearer to a head, in depth and height or sideways, is where its panel would be, metres.
@@ -128,6 +129,8 @@ def _new_armature(head: Head, skin: bpy.types.Object) -> bpy.types.Object:
     armature[LED] = skin
     skin[CONTROLS] = armature
     armature.show_in_front = True
+    blocks, most = skin.data.shape_keys.key_blocks, asked(expressions(skin).values())
+    armature.data[REACH] = {name: max(min(most[name], blocks[name].slider_max), 1.0) for name in most if name in blocks}
     return armature
 
 

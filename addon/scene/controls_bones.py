@@ -7,7 +7,7 @@ import bpy
 from mathutils import Vector
 
 from . import controls_shapes as shapes
-from .controls_find import FOLLOW, ROLE, bones
+from .controls_find import FOLLOW, ROLE, bones, reach
 from .controls_layout import (
     AIMS,
     DEFORMING,
@@ -140,7 +140,7 @@ def _dress(armature: bpy.types.Object, new: dict[str, bpy.types.PoseBone]) -> No
         for bone in wanted:
             collection.assign(bone)
     handles = {handle.role: handle for handle in HANDLES}
-    looks = shapes.Shapes()
+    looks = shapes.Shapes(armature)
     for role, pose in new.items():
         pose.use_custom_shape_bone_size = False
         if role in handles:
@@ -165,7 +165,8 @@ def _dress_handle(pose: bpy.types.PoseBone, handle: Handle, looks: shapes.Shapes
     for letter, (plus, minus) in zip("xyz", ((right, left), (up, down), ("", ""))):
         for end, key in (("min", minus), ("max", plus)):
             setattr(limits, f"use_{end}_{letter}", True)
-            setattr(limits, f"{end}_{letter}", TRAVEL * (-1.0 if end == "min" else 1.0) if key else 0.0)
+            way = TRAVEL * reach(pose.id_data, key) if key else 0.0
+            setattr(limits, f"{end}_{letter}", -way if end == "min" else way)
 
 
 def _dress_joint(pose: bpy.types.PoseBone, role: str, looks: shapes.Shapes) -> None:

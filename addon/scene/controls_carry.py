@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import export_sample, pose_keys
-from .controls_find import bones, led, of
+from .controls_find import bones, led, of, reach
 from .controls_layout import LINKS, Axis, axes
-from .controls_pose import channels_of, set_axis, split, value_of
+from .controls_pose import ROUNDING, channels_of, set_axis, split, value_of
 from .export_sample import SAME
 from .heads import Head
 from .keys import key_channel
@@ -100,7 +100,7 @@ def _carry(
     is_alone = len(moving) <= 1 and all(values[key] == 0.0 for key in values if key not in curves)
     if leading is None:
         set_axis(pose, axis, keys, values)
-    elif is_alone and _fits(curves[leading]):
+    elif is_alone and _fits(curves[leading], reach(pose.id_data, leading)):
         set_axis(pose, axis, keys, values)
         target = pose_keys.curve_of(pose.id_data, place.full_path, axis.index, pose.name)
         _copy(curves[leading], target, LINKS[leading].full)
@@ -126,7 +126,7 @@ def _sample(
     frames = _frames(curves.values())
     columns = {key: [value] * len(frames) for key, value in values.items()}
     columns |= {key: [curve.evaluate(f) for f in frames] for key, curve in curves.items()}
-    said = [split(keys, dict(zip(columns, row))) for row in zip(*columns.values())]
+    said = [split(pose.id_data, keys, dict(zip(columns, row))) for row in zip(*columns.values())]
     set_axis(pose, axis, keys, values)
     for channel in (channels_of(pose, next(iter(values)))[0], *(channels_of(pose, key)[1] for key in values)):
         name = channel.path.strip('[]"')
@@ -162,10 +162,10 @@ def _range(curve: bpy.types.FCurve) -> tuple[float, float]:
     return min(values), max(values)
 
 
-def _fits(curve: bpy.types.FCurve) -> bool:
-    """Whether a handle can say all that a curve does: from 0 to 1, before and after its keyframes too."""
+def _fits(curve: bpy.types.FCurve, end: float) -> bool:
+    """Whether a handle can say all that a curve does: from 0 to its end, before and after its keyframes too."""
     low, high = _range(curve)
-    return low >= 0.0 and high <= 1.0 and curve.extrapolation == "CONSTANT"
+    return low >= 0.0 and high <= end + ROUNDING and curve.extrapolation == "CONSTANT"
 
 
 def _frames(curves: Iterable[bpy.types.FCurve]) -> NDArray[np.float64]:

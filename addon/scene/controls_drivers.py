@@ -2,7 +2,7 @@
 
 import bpy
 
-from .controls_find import FOLLOW
+from .controls_find import FOLLOW, reach
 from .controls_layout import AIMS, EYES, GAZE, LINKS
 from .controls_measure import Aim
 
@@ -19,7 +19,7 @@ def drive(
     driver = block.driver_add("value").driver
     driver.type = "SCRIPTED"
     pose = found[link.axis.role]
-    expression = f"min(1,max(0,h*{1.0 / link.full:.9g}))+r"
+    expression = f"min({reach(armature, name):.9g},max(0,h*{1.0 / link.full:.9g}))+r"
     _read(driver, "h", armature, f"{pose.path_from_id(link.axis.channel)}[{link.axis.index}]")
     _read(driver, "r", armature, f'{pose.path_from_id()}["{name}"]')
     side = "Left" if name.endswith("Left") else "Right"

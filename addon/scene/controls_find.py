@@ -14,6 +14,8 @@ CONTROLS, LED = "facewright_controls", "facewright_led"
 ROLE = "facewright_role"
 # Of the gaze target: how far the eyes follow it.
 FOLLOW = "follow"
+# Of an armature's data: how far its handles bring keys of which expressions ask for more than 1, by the keys' names.
+REACH = "facewright_reach"
 
 
 def of(skin: bpy.types.Object) -> bpy.types.Object | None:
@@ -28,6 +30,11 @@ def bones(armature: bpy.types.Object) -> dict[str, bpy.types.PoseBone]:
     # Blender gives an armature a pose when it has bones.
     posed = armature.pose.bones if armature.pose is not None else []
     return {str(pose.bone[ROLE]): pose for pose in posed if ROLE in pose.bone}
+
+
+def reach(armature: bpy.types.Object, key: str) -> float:
+    """How far a handle alone brings a key."""
+    return float(armature.data[REACH].get(key, 1.0)) if REACH in armature.data else 1.0
 
 
 def is_ours(curve: bpy.types.FCurve) -> bool:

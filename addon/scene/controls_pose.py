@@ -1,7 +1,7 @@
 """Values of keys as places of handles, and back: any set of values can be had.
 
-A key is what its handle gives it, 0 to 1, and a custom property of that bone, named after the key: what the handle
-cannot say, such as two opposite keys at once.
+A key is what its handle gives it, from 0 to 1 or as far as expressions ask, and a custom property of that bone, named
+after the key: what the handle cannot say, such as two opposite keys at once.
 """
 
 from collections.abc import Iterable, Mapping
@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 import bpy
 
 from .channels import Channel
-from .controls_find import aimed, bones, led, of
+from .controls_find import aimed, bones, led, of, reach
 from .controls_layout import LINKS, Axis, axes
 
 # What single precision does to a value.
@@ -37,16 +37,19 @@ def set_values(skin: bpy.types.Object, values: Mapping[str, float]) -> None:
 
 def set_axis(pose: bpy.types.PoseBone, axis: Axis, keys: tuple[str, str], wanted: Mapping[str, float]) -> None:
     """Bring a bone where its axis gives two opposite keys their values, and put the rest into its properties."""
-    place, rests = split(keys, wanted)
+    place, rests = split(pose.id_data, keys, wanted)
     getattr(pose, axis.channel)[axis.index] = place
     for key, rest in rests.items():
         pose[key] = rest
 
 
-def split(keys: tuple[str, str], wanted: Mapping[str, float]) -> tuple[float, dict[str, float]]:
+def split(
+    armature: bpy.types.Object, keys: tuple[str, str], wanted: Mapping[str, float]
+) -> tuple[float, dict[str, float]]:
     """Where an axis is for the values of its two keys (empty: none), and what is left for each."""
     plus, minus = (wanted.get(key, 0.0) for key in keys)
-    net = min(max(plus - minus, -1.0 if keys[1] in wanted else 0.0), 1.0 if keys[0] in wanted else 0.0)
+    highest, lowest = (reach(armature, key) if key in wanted else 0.0 for key in keys)
+    net = min(max(plus - minus, -lowest), highest)
     rests = {keys[0]: plus - max(net, 0.0), keys[1]: minus - max(-net, 0.0)}
     full = abs(next(LINKS[key].full for key in keys if key))
     return net * full, {key: rest if abs(rest) > ROUNDING else 0.0 for key, rest in rests.items() if key in wanted}
@@ -56,7 +59,7 @@ def value_of(pose: bpy.types.PoseBone, key: str) -> float:
     """What a bone gives a key, the gaze target aside."""
     link = LINKS[key]
     place = getattr(pose, link.axis.channel)[link.axis.index] / link.full
-    return min(max(place, 0.0), 1.0) + float(pose.get(key, 0.0))
+    return min(max(place, 0.0), reach(pose.id_data, key)) + float(pose.get(key, 0.0))
 
 
 def channels(skin: bpy.types.Object, names: Iterable[str]) -> dict[str, list[Channel]]:

@@ -1,10 +1,12 @@
 """How the bones of a head's controls are drawn: objects of lines, which are in no scene."""
 
+from collections.abc import Sequence
 from math import cos, pi, sin
 
 import bpy
 from mathutils import Vector
 
+from .controls_find import reach
 from .controls_layout import HANDLES, HEAD, JAW, NECK, TRAVEL, Handle
 
 # Of an object: it is one of ours.
@@ -22,7 +24,8 @@ _PANEL_SIZE = (9.4, 10.9)
 class Shapes:
     """The shapes of one armature: each made when it is first needed."""
 
-    def __init__(self) -> None:
+    def __init__(self, armature: bpy.types.Object) -> None:
+        self._armature = armature
         self._knob: bpy.types.Object | None = None
 
     def knob(self) -> bpy.types.Object:
@@ -35,7 +38,7 @@ class Shapes:
         width, height = (TRAVEL * size for size in _PANEL_SIZE)
         drawn = [_frame(0.0, 0.0, width, height)]
         for handle in HANDLES:
-            drawn += _way(handle)
+            drawn += _way(handle, [TRAVEL * reach(self._armature, key) if key else 0.0 for key in handle.keys])
         edge = TRAVEL * (_PANEL_SIZE[1] - 1.1)
         for letter, u in (("R", -TRAVEL * 8.4), ("L", TRAVEL * 8.4)):
             drawn.append(_written(letter, u, edge, TRAVEL * _TITLE))
@@ -106,10 +109,10 @@ def _turned(lines: Lines, offset: Point) -> Lines:
     return [(x + offset[0], offset[1], y + offset[2]) for x, y, _ in points], edges
 
 
-def _way(handle: Handle) -> list[Lines]:
-    """Where a handle can go, and what it is called below that."""
+def _way(handle: Handle, ends: Sequence[float]) -> list[Lines]:
+    """Where a handle can go, to the right, left, up and down, and what it is called below that."""
     u, v = (TRAVEL * part for part in handle.place)
-    right, left, up, down = (TRAVEL * bool(key) for key in handle.keys)
+    right, left, up, down = ends
     middle = (u + (right - left) / 2.0, v + (up - down) / 2.0)
     margin = 0.12 * TRAVEL
     box = _frame(*middle, (right + left) / 2.0 + margin, (up + down) / 2.0 + margin)

@@ -4,6 +4,7 @@ Where bones lead a key, its value is set and keyed there.
 """
 
 import json
+import math
 import re
 from collections.abc import Iterable, Mapping
 
@@ -12,6 +13,7 @@ import bpy
 from . import controls_pose
 from .channels import Channel
 from .controls_find import aimed, led, of
+from .controls_layout import GAZE
 
 EXPRESSIONS = "facewright_expressions"
 OTHER = "Other"
@@ -34,6 +36,12 @@ SIDEWAYS = {"jawLeft", "jawRight", "mouthLeft", "mouthRight"}
 def expressions(skin: bpy.types.Object) -> dict[str, dict[str, float]]:
     """Named poses of a head: values of its keys."""
     return json.loads(skin.get(EXPRESSIONS, "{}"))
+
+
+def asked(poses: Iterable[Mapping[str, float]]) -> dict[str, float]:
+    """The most that poses ask of keys of which they ask more than 1, as they do of weak ones."""
+    weights = [pair for pose in poses for pair in pose.items()]
+    return {name: max(weight for other, weight in weights if other == name) for name, most in weights if most > 1.0}
 
 
 def every(skin: bpy.types.Object) -> list[bpy.types.ShapeKey]:
@@ -99,9 +107,9 @@ def copied(skin: bpy.types.Object, to_right: bool) -> dict[str, float]:
 def set_values(skin: bpy.types.Object, values: Mapping[str, float]) -> None:
     """Set keys of a face, each within the limits of its slider; those that are not named stay."""
     blocks, ours = skin.data.shape_keys.key_blocks, led(skin)
-    # Only the gaze target may bring keys that handles lead beyond 1.
-    limits = {name: min(blocks[name].slider_max, 1.0) if name in ours else blocks[name].slider_max for name in values}
-    within = {name: min(max(value, blocks[name].slider_min), limits[name]) for name, value in values.items()}
+    # The sliders of the gaze were made longer for its target alone.
+    ends = {name: min(blocks[name].slider_max, 1.0 if name in ours & set(GAZE) else math.inf) for name in values}
+    within = {name: min(max(value, blocks[name].slider_min), ends[name]) for name, value in values.items()}
     for name in within.keys() - ours:
         blocks[name].value = within[name]
     controls_pose.set_values(skin, {name: value for name, value in within.items() if name in ours})

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..engine import Reconstruction
 from . import pose_keys
 from .axes import to_blender
+from .keys import asked
 
 BASIS = "Basis"
 # Of a mesh: where the last run put its vertices, and the traits of the keys that it made.
@@ -52,8 +53,9 @@ def shape(obj: bpy.types.Object, head: Reconstruction, vertices: tuple[int, int]
     after = {BASIS: made + sculpted}
     after |= {name: after[BASIS] + own.get(name, offset) for name, offset in offsets.items()}
     after |= _followed(mesh, before, after)
+    ends = asked(dict(weights) for _, weights in head.expressions)
     for name, positions in after.items():
-        _set_block(obj, name, positions)
+        _set_block(obj, name, positions, ends.get(name, 1.0))
     mesh.vertices.foreach_set("co", np.ascontiguousarray(after[BASIS]).ravel())
     _remember(mesh, made, {name: _traits(offset) for name, offset in offsets.items()})
     mesh.update()
@@ -188,10 +190,11 @@ def _read(data: bpy.types.bpy_prop_collection, name: str) -> Positions:
     return values.reshape(-1, 3)
 
 
-def _set_block(obj: bpy.types.Object, name: str, positions: Positions) -> None:
+def _set_block(obj: bpy.types.Object, name: str, positions: Positions, end: float = 1.0) -> None:
+    """Give a key its vertices; a new one has a slider to an end, which is the artist's afterwards."""
     keys = obj.data.shape_keys
     block = keys.key_blocks.get(name) if keys else None
     if block is None:
         block = obj.shape_key_add(name=name, from_mix=False)
-        block.value = 0.0
+        block.value, block.slider_max = 0.0, end
     block.data.foreach_set("co", np.ascontiguousarray(positions, np.float32).ravel())

@@ -46,6 +46,38 @@ def test_every_expression_is_the_same_with_and_without_controls(generic_face: bp
         np.testing.assert_allclose(evaluated(generic_face), shapes[name], atol=1e-6)
 
 
+def test_a_handle_goes_as_far_as_the_expressions_ask_and_back(generic_face: bpy.types.Object) -> None:
+    add(generic_face)
+    brow, way = bone(generic_face, "brow.T"), layout().TRAVEL
+    FACE.expression(name="surprise")
+    assert brow.location.y == pytest.approx(1.3 * way) and brow["browInnerUp"] == 0.0
+    brow.location.y = 2.0 * way
+    assert values(generic_face)["browInnerUp"] == pytest.approx(1.5)
+    assert next(c for c in brow.constraints if c.type == "LIMIT_LOCATION").max_y == pytest.approx(1.5 * way)
+    brow.location.y = 0.0
+    assert values(generic_face)["browInnerUp"] == 0.0, "what is dragged back is gone"
+
+
+def test_controls_of_an_older_version_mean_the_same(generic_face: bpy.types.Object) -> None:
+    made, find = add(generic_face), module("scene.controls_find")
+    del made.data[find.REACH]
+    add(generic_face)
+    FACE.expression(name="surprise")
+    assert_near(values(generic_face), pose(generic_face, "surprise"))
+    FACE.reset_keys()
+    assert not any(values(generic_face).values())
+
+
+def test_keyframes_of_strong_expressions_are_moved_by_the_handle(generic_face: bpy.types.Object) -> None:
+    keyed(generic_face, {1: "neutral", 20: "sadness"})
+    before = over(generic_face, [1.0, 7.3, 20.0])
+    made = add(generic_face)
+    assert largest(over(generic_face, [1.0, 7.3, 20.0]), before) < 1e-5
+    paths = {curve.data_path for curve in module("scene.pose_keys").curves(made)}
+    assert bone(generic_face, "brow.T").path_from_id("location") in paths
+    assert not any("browInnerUp" in path for path in paths)
+
+
 def test_any_pose_can_be_had_and_is_the_same_with_and_without_controls(generic_face: bpy.types.Object) -> None:
     before = random_pose(generic_face, 11)
     add(generic_face)
@@ -125,7 +157,8 @@ def test_an_artists_keyframes_go_to_the_handles_and_back(generic_face: bpy.types
     before, before_between = over(generic_face, whole), over(generic_face, between)
     made = add(generic_face)
     assert largest(over(generic_face, whole), before) < 1e-5
-    assert largest(over(generic_face, between), before_between) < 0.03, "keys that take turns are sampled"
+    # A quarter of what they change in a frame, 0.2: they meet between two.
+    assert largest(over(generic_face, between), before_between) < 0.05, "keys that take turns are sampled"
     smooth = [{"cheekPuff": v["cheekPuff"]} for v in before_between]
     assert largest([{"cheekPuff": v["cheekPuff"]} for v in over(generic_face, between)], smooth) < 1e-6
     curves = module("scene.pose_keys").curves

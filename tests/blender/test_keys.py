@@ -30,9 +30,9 @@ def values(skin: bpy.types.Object) -> dict[str, float]:
 
 
 def pose(skin: bpy.types.Object, name: str, strength: float = 1.0) -> dict[str, float]:
-    """What a head should have in an expression: its weights within the sliders, 0 elsewhere."""
+    """What a head should have in an expression: its weights, which are within the sliders; 0 elsewhere."""
     weights = module("scene.keys").expressions(skin).get(name, {})
-    return {block.name: min(strength * weights.get(block.name, 0.0), 1.0) for block in blocks(skin)}
+    return {block.name: strength * weights.get(block.name, 0.0) for block in blocks(skin)}
 
 
 def at(frame: int) -> None:
@@ -149,6 +149,20 @@ def test_replace_leaves_nothing_of_the_pose_before(generic_face: bpy.types.Objec
     assert_near(values(generic_face), pose(generic_face, "smile", 0.5))
 
 
+def test_sliders_end_where_the_expressions_of_a_head_do_on_each_of_its_parts(generic_face: bpy.types.Object) -> None:
+    weights = module("scene.keys").expressions(generic_face)
+    ends = {block.name: block.slider_max for block in blocks(generic_face)}
+    asked = {name: max([1.0, *(pose.get(name, 0.0) for pose in weights.values())]) for name in ends}
+    assert asked["browInnerUp"] == 1.5 and asked["noseSneerLeft"] == 1.3
+    assert_near(ends, asked)
+    for part in generic_face.children:
+        assert_near({b.name: b.slider_max for b in blocks(part)}, {b.name: asked[b.name] for b in blocks(part)})
+    FACE.expression(name="surprise")
+    assert values(generic_face)["browInnerUp"] == pytest.approx(1.3)
+    FACE.reset_keys()
+    assert not any(values(generic_face).values())
+
+
 def test_add_goes_onto_the_pose_as_far_as_the_sliders_go(generic_face: bpy.types.Object) -> None:
     before = random_pose(generic_face, 2)
     generic_face.data.shape_keys.key_blocks["jawOpen"].slider_max = 2.0
@@ -157,8 +171,9 @@ def test_add_goes_onto_the_pose_as_far_as_the_sliders_go(generic_face: bpy.types
     wanted = {name: before[name] + 0.8 * weights.get(name, 0.0) for name in before}
     assert wanted["jawOpen"] > 1.0 and max(wanted[name] for name in ("browInnerUp", "eyeWideLeft")) > 1.0
     FACE.expression(name="surprise", strength=0.8, blend="ADD")
-    limits = {name: 2.0 if name == "jawOpen" else 1.0 for name in wanted}
-    assert_near(values(generic_face), {name: min(value, limits[name]) for name, value in wanted.items()})
+    ends = {block.name: block.slider_max for block in blocks(generic_face)}
+    assert ends["jawOpen"] == 2.0 and ends["eyeWideLeft"] == pytest.approx(1.1) and ends["mouthFunnel"] == 1.0
+    assert_near(values(generic_face), {name: min(value, ends[name]) for name, value in wanted.items()})
 
 
 def test_mix_goes_by_the_strength_from_the_pose_to_the_expression(generic_face: bpy.types.Object) -> None:
