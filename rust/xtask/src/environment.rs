@@ -64,11 +64,6 @@ impl Environment {
         Ok(folder.join("bin").join(name))
     }
 
-    /// Blender's version, `5.0`.
-    pub fn version(&self) -> &str {
-        self.name.trim_start_matches("venv-blender-")
-    }
-
     /// The environment's Python, with user folders of its own so that no installed Blender is touched.
     pub fn python(&self) -> anyhow::Result<Command> {
         let mut command = Command::new(self.program("python")?);

@@ -1,8 +1,9 @@
 //! Running other programs: what is run is shown, and a failure stops the task.
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 /// The project's root folder.
 pub fn root() -> PathBuf {
@@ -25,6 +26,24 @@ pub fn run(command: &mut Command) -> anyhow::Result<()> {
     let status = command.current_dir(root()).status().with_context(|| format!("{shown} cannot be started"))?;
     if !status.success() {
         bail!("{shown} failed ({status})");
+    }
+    Ok(())
+}
+
+/// Runs two commands at the same time, and fails if one fails. What the second says is shown when the first has ended.
+pub fn together([mut first, mut second]: [Command; 2]) -> anyhow::Result<()> {
+    let shown = show(&second);
+    second.current_dir(root()).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let other = second.spawn().with_context(|| format!("{shown} cannot be started"))?;
+    // Pipes that nobody reads would stop it.
+    let other = std::thread::spawn(|| other.wait_with_output());
+    let ended = run(&mut first);
+    let said = other.join().map_err(|_| anyhow!("{shown} was lost"))?.with_context(|| format!("{shown} failed"))?;
+    std::io::stdout().write_all(&said.stdout)?;
+    std::io::stderr().write_all(&said.stderr)?;
+    ended?;
+    if !said.status.success() {
+        bail!("{shown} failed ({})", said.status);
     }
     Ok(())
 }
