@@ -63,6 +63,7 @@ class Session:
         self.folder = self._folder / "work"
         self.folder.mkdir()
         self._places: dict[str, tuple[int, int]] = {}
+        self._is_scrolled = False
         self.extension, self.clip = self._setup.extension, self._setup.clip
         self._start("w")
         return self
@@ -150,7 +151,8 @@ class Session:
         if self._is_still_there(command):
             return self._places[command]
         left, top, width, height = self.rectangle("side_bar")
-        for notches in (0, -TO_THE_TOP, *[NOTCHES] * PAGES):
+        to_the_top = [-TO_THE_TOP] if self._is_scrolled else []
+        for notches in (0, *to_the_top, *[NOTCHES] * PAGES):
             if notches:
                 self.scroll(notches)
             if self._found(command, [int(left + column * width) for column in columns], range(top, top + height)):
@@ -162,6 +164,7 @@ class Session:
         left, top, _, height = self.rectangle("side_bar")
         self.desktop.point(left + EDGE, top + height // 2)
         self.desktop.turn_wheel(notches)
+        self._is_scrolled = notches > 0
 
     def _is_still_there(self, command: str) -> bool:
         """Whether a button is where it was found before."""
