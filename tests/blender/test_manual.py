@@ -79,5 +79,6 @@ def expressions(face: bpy.types.Object) -> Iterator[str]:
 def texts(code: ast.Module) -> Iterator[str]:
     """What a panel writes on its buttons."""
     for node in ast.walk(code):
-        if isinstance(node, ast.keyword) and node.arg == "text" and isinstance(node.value, ast.Constant):
-            yield str(node.value.value)
+        if isinstance(node, ast.keyword) and node.arg == "text":
+            # One of two, as it may be.
+            yield from (str(part.value) for part in ast.walk(node.value) if isinstance(part, ast.Constant))

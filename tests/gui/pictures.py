@@ -13,20 +13,26 @@ from pathlib import Path
 # (width, height, left, top) of the screenshot; None is all of it.
 Part = tuple[int, int, int, int] | None
 VIEW: Part = (1057, 720, 0, 0)
-CLIP_PANEL: Part = (290, 290, 765, 60)
-REPORT: Part = (270, 370, 765, 340)
+CLIP_PANEL: Part = (262, 636, 773, 56)
+HEADS: Part = (262, 130, 773, 56)
+REPORT: Part = (262, 158, 773, 142)
+TABLE: Part = (262, 455, 773, 182)
 # By the names of the manual's pictures: what a test has left, and what of it is shown.
 CUT: dict[str, tuple[str, Part]] = {
     "installed": ("hour-01-installed", (860, 580, 0, 0)),
     "tab": ("hour-02-tab", VIEW),
-    "clip": ("hour-03-clip", CLIP_PANEL),
+    "clip": ("frames-chosen", CLIP_PANEL),
+    "growing": ("growing", VIEW),
     "head": ("hour-04-head", VIEW),
-    "report": ("hour-04-head", REPORT),
+    "report": ("hour-05-neutral-at-01", REPORT),
     "happiness": ("hour-05-happiness-at-20", None),
     "surprise": ("hour-05-surprise-at-40", None),
+    "controls": ("controls-dragged", VIEW),
     "two-heads": ("hour-07-second-person", VIEW),
+    "heads": ("heads-list", HEADS),
     "exported": ("hour-11-exported", None),
     "appended": ("hour-12-appended", None),
+    "calibration": ("calibration-table", TABLE),
     "tracks": ("tracks", None),
     "motion": ("motion-through", None),
 }
