@@ -19,6 +19,7 @@ SHOWN = 15
 DECODED_HERE = 16
 # Surveys that are kept, of the clips that were looked at last.
 KEPT = 4
+NOT_SHOWN = "this frame is not shown: look at the clip again"
 
 
 @dataclass
@@ -270,11 +271,21 @@ def from_timeline(scene: Any, which: str) -> str:
     return set_ends(settings, first, last)
 
 
+def pick(settings: Any, number: int) -> str:
+    """Do with a frame what a click is set to do; gives the message."""
+    if number > last_of(settings):
+        # Frames that are shown may have been deleted since.
+        raise FacewrightError(NOT_SHOWN)
+    if settings.click == "OUT":
+        return toggle(settings, number)
+    return set_ends(settings, **{settings.click.lower(): number})
+
+
 def toggle(settings: Any, number: int) -> str:
     """Leave out the stretch that a shown frame stands for, or take it in again; gives the message."""
     strip = strip_of(settings)
     if strip is None or number not in [strip.number(look) for look in strip.shown()]:
-        raise FacewrightError("this frame is not shown: look at the clip again")
+        raise FacewrightError(NOT_SHOWN)
     first, last = strip.stretch(number)
     return leave_out(settings, first, last, not source.within(number, source.spans(settings.left_out)))
 

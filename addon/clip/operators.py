@@ -72,10 +72,7 @@ class FACEWRIGHT_OT_pick_frame(bpy.types.Operator):
         return ". ".join(filter(None, [about, next(text for name, _, text in CLICKS if name == settings.click)]))
 
     def execute(self, context: bpy.types.Context) -> Result:
-        settings = context.scene.facewright_clip
-        if settings.click == "OUT":
-            return reported(self, lambda: actions.toggle(settings, self.number))
-        return reported(self, lambda: actions.set_ends(settings, **{settings.click.lower(): self.number}))
+        return reported(self, lambda: actions.pick(context.scene.facewright_clip, self.number))
 
 
 class FACEWRIGHT_OT_frames_from_timeline(bpy.types.Operator):

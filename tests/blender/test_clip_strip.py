@@ -77,6 +77,16 @@ def test_looking_shows_frames_of_the_whole_clip_and_changes_nothing(settings: An
     assert yaws[0] < -18 and yaws[-1] > 18 and np.all(np.diff(yaws) > -1.0)
 
 
+@pytest.mark.parametrize("click", ["FIRST", "LAST", "OUT"])
+def test_a_frame_beyond_the_clip_cannot_be_picked(settings: Any, click: str) -> None:
+    settings.path = str(FRAMES)
+    settings.click = click
+    before = snapshot()
+    with pytest.raises(RuntimeError, match="this frame is not shown: look at the clip again"):
+        bpy.ops.facewright.pick_frame(number=21)
+    assert snapshot() == before and not settings.use_range and not settings.left_out
+
+
 def test_the_panel_says_what_the_clip_shows_and_what_it_lacks(looked: Any, settings: Any) -> None:
     said = shown()
     assert "21 frames looked at can be used" in said and "to the left and" in said
