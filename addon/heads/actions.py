@@ -4,6 +4,7 @@ import os
 from dataclasses import dataclass
 from typing import Any
 
+from ..engine import FacewrightError
 from ..scene import head_copy, head_names, head_removal, heads, portrait, view
 from ..scene.heads import Head
 
@@ -178,6 +179,8 @@ def mark_as_asset(scene: Any, head: Head) -> str:
 
 def clear_asset(head: Head) -> str:
     """Let a head be no asset any more; gives the message."""
-    assert head.home is not None, "an asset is a collection"
+    if head.home is None or head.home.asset_data is None:
+        # A copy may have no collection of its own.
+        raise FacewrightError(f"{head.name} is no asset")
     head.home.asset_clear()
     return f"{head.name} is no asset any more"

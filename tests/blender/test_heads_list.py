@@ -426,6 +426,22 @@ def test_a_head_in_two_scenes_is_removed_from_both_and_that_is_said(clips: Clips
     assert "Face removed, from Other too" in capfd.readouterr().out
 
 
+def test_what_is_no_asset_is_cleared_of_nothing(clips: Clips) -> None:
+    anna = run(clips.anna)
+    home = collection_of(anna)
+    with pytest.raises(RuntimeError, match="Face is no asset"):
+        bpy.ops.facewright.mark_head(clear=True)
+    (copy,) = duplicated(anna, linked=True).values()
+    home.objects.unlink(copy)
+    bpy.context.scene.collection.objects.link(copy)
+    select(copy)
+    assert head_of(copy).home is None, "it has no collection of its own"
+    with pytest.raises(RuntimeError, match=f"{copy.name} is no asset"):
+        bpy.ops.facewright.mark_head(clear=True)
+    assert bpy.ops.facewright.mark_head() == {"FINISHED"}
+    assert bpy.ops.facewright.mark_head(clear=True) == {"FINISHED"}
+
+
 def test_a_head_of_an_older_version_is_copied_named_marked_and_removed_as_any_other(clips: Clips) -> None:
     anna = run(clips.anna)
     made_by_an_older_version(clips.anna, anna)
