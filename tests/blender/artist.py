@@ -15,7 +15,7 @@ from windowed import begun
 
 EXPRESSIONS = ("neutral", "happiness", "surprise")
 MODES = ("OBJECT", "EDIT", "SCULPT", "WEIGHT_PAINT", "TEXTURE_PAINT")
-RENAMED = ("objects", "meshes", "materials", "images", "collections", "shape_keys", "actions", "scenes")
+RENAMED = ("objects", "meshes", "materials", "images", "collections", "shape_keys", "actions", "scenes", "armatures")
 
 
 @dataclass
@@ -50,7 +50,7 @@ class Artist:
     def stepped(self) -> None:
         """A step of undo was made."""
         modes = {obj.mode for obj in bpy.data.objects}
-        self.steps.append(consistent.state() if modes <= {"OBJECT"} else None)
+        self.steps.append(consistent.state() if modes <= {"OBJECT", "POSE"} else None)
 
     def opened(self) -> None:
         """Another file is open: its history begins."""
@@ -127,7 +127,13 @@ def reconstruct_meanwhile(artist: Artist) -> None:
     artist.stepped()
     if not bpy.ops.facewright.reconstruct.poll():
         return
-    work = begun(artist.monkeypatch, bpy.ops.facewright.reconstruct)
+    before = consistent.state()
+    try:
+        work = begun(artist.monkeypatch, bpy.ops.facewright.reconstruct)
+    except RuntimeError as refused:
+        assert "Traceback" not in str(refused), f"it failed: {refused}"
+        assert not (changed := consistent.difference(before, consistent.state())), f"refused, and yet changed {changed}"
+        return
     # It is over with the second step.
     for _ in range(artist.chance.randrange(2)):
         work.step()
@@ -141,8 +147,9 @@ def reconstruct_meanwhile(artist: Artist) -> None:
 
 def unused() -> set[str]:
     """Data that nothing shows any more."""
-    kinds = (bpy.data.images, bpy.data.materials, bpy.data.meshes, bpy.data.objects, bpy.data.collections)
-    return {f"{type(data).__name__} {data.name_full}" for kind in kinds for data in kind if not data.users}
+    data = bpy.data
+    kinds = (data.images, data.materials, data.meshes, data.objects, data.collections, data.armatures, data.curves)
+    return {f"{type(one).__name__} {one.name_full}" for kind in kinds for one in kind if not one.users}
 
 
 @action(4)
@@ -391,8 +398,16 @@ def delete_scene(_artist: Artist) -> None:
 
 @action(3)
 def change_mode(artist: Artist) -> None:
-    if bpy.ops.object.mode_set.poll():
-        bpy.ops.object.mode_set(mode=artist.chance.choice(MODES))
+    """Any mode; of a mesh that is linked Blender refuses some, each version others."""
+    if not bpy.ops.object.mode_set.poll():
+        return
+    obj, mode = bpy.context.object, artist.chance.choice(MODES)
+    # An armature has other modes.
+    mode = mode if obj.type == "MESH" else artist.chance.choice(("OBJECT", "POSE"))
+    try:
+        bpy.ops.object.mode_set(mode=mode)
+    except RuntimeError as refused:
+        assert obj.data.library is not None, f"Blender refuses {mode} of {obj.name}: {refused}"
 
 
 @action(3)

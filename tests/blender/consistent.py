@@ -9,6 +9,7 @@ from typing import Any
 import bpy
 import numpy as np
 from conftest import PACKAGE
+from consistent_controls import of_controls, of_list, of_strip
 from tracking import Layout, module
 
 KEY, PART, PICTURE = "facewright_head", "facewright_part", "facewright_picture"
@@ -31,8 +32,11 @@ def _of_scene(scene: bpy.types.Scene, vertices: dict[str, int]) -> Iterator[str]
             yield from _of_part(obj, vertices[name])
             if obj != head.skin:
                 yield from _of_drivers(obj, head.skin)
+        yield from of_controls(head)
     parts = [obj for head in heads for obj in head.objects]
     yield from (f"{obj.name} is of two heads" for obj in set(parts) if parts.count(obj) > 1)
+    yield from of_list(scene)
+    yield from of_strip(scene)
 
 
 def _of_texts(skin: bpy.types.Object) -> Iterator[str]:
@@ -59,7 +63,7 @@ def _of_part(obj: bpy.types.Object, vertices: int) -> Iterator[str]:
     if not all(np.isfinite(_places(block.data)).all() for block in keys.key_blocks):
         yield f"{obj.name} has vertices that are nowhere"
     shown = [p for worn in mesh.materials if worn is not None for p in module("scene.materials").images(worn.node_tree)]
-    yield from (f"{picture.name} on {obj.name} has no pixels" for picture in shown if not picture.has_data)
+    yield from (f"{picture.name} on {obj.name} has no pixels" for picture in shown if not len(picture.pixels))
     picture = obj.get(PICTURE)
     is_painted = any(map(module("scene.materials").is_painted, shown))
     if picture is not None and shown and picture not in shown and not is_painted:
@@ -195,7 +199,8 @@ def state() -> dict[str, str]:
         homes = sorted(home.name for home in obj.users_collection)
         data = obj.data.name if obj.data is not None else ""
         about = (obj.type, data, obj.parent.name if obj.parent else "", place, homes, obj.hide_viewport, obj.mode)
-        found[_title("object", obj)] = (*about, _properties(obj))
+        groups = [group.name for group in obj.vertex_groups], [modifier.type for modifier in obj.modifiers]
+        found[_title("object", obj)] = (*about, *groups, _properties(obj), _pose(obj))
     for mesh in bpy.data.meshes:
         found[_title("mesh", mesh)] = (_hash_of_mesh(mesh), [m.name if m else "" for m in mesh.materials])
     for picture in [picture for picture in bpy.data.images if picture.type != "RENDER_RESULT"]:
@@ -206,8 +211,11 @@ def state() -> dict[str, str]:
     for home in bpy.data.collections:
         found[_title("collection", home)] = (sorted(c.name for c in home.children), _properties(home))
     for scene in bpy.data.scenes:
-        wanted = (scene.facewright_clip.path, scene.facewright_clip.wanted)
+        settings = scene.facewright_clip
+        wanted = (settings.path, settings.wanted, settings.use_range, settings.first, settings.last, settings.left_out)
         found[_title("scene", scene)] = (sorted(c.name for c in scene.collection.children), wanted)
+    for text in bpy.data.texts:
+        found[_title("text", text)] = (hashlib.blake2b(text.as_string().encode(), digest_size=8).hexdigest(),)
     for action in bpy.data.actions:
         found[_title("action", action)] = [_curve(curve) for curve in module("scene.pose_keys")._all_curves(action)]
     return {name: repr(value) for name, value in found.items()}
@@ -227,6 +235,23 @@ def _properties(data: bpy.types.ID) -> dict[str, str]:
     """Custom properties of ours, pointers by name."""
     ours = {name: data[name] for name in list(data.keys()) if name.startswith(PACKAGE.rpartition(".")[2])}
     return {name: value.name if isinstance(value, bpy.types.ID) else str(value) for name, value in ours.items()}
+
+
+def _pose(obj: bpy.types.Object) -> list[Any]:
+    """Bones, with their places and our properties, but for what keyframes set."""
+    keyed = {(curve.data_path, curve.array_index) for curve in module("scene.pose_keys").curves(obj) or []}
+    found: list[Any] = []
+    for pose in obj.pose.bones if obj.pose is not None else []:
+        ours = sorted((name, value) for name, value in pose.items() if not _is_keyed(pose, name, keyed))
+        found.append((pose.name, ours))
+        for channel in ("location", "rotation_euler"):
+            path = pose.path_from_id(channel)
+            found += [round(value, 5) for k, value in enumerate(getattr(pose, channel)) if (path, k) not in keyed]
+    return found
+
+
+def _is_keyed(pose: bpy.types.PoseBone, name: str, keyed: set[tuple[str, int]]) -> bool:
+    return (f'{pose.path_from_id()}["{name}"]', 0) in keyed
 
 
 def _hash_of_mesh(mesh: bpy.types.Mesh) -> str:

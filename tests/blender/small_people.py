@@ -9,6 +9,13 @@ from people import PARTS, Person, result
 from tracking import Finished, module
 
 KEYS = ("jawOpen", "mouthSmileLeft", "mouthSmileRight", "eyeBlinkLeft", "eyeBlinkRight", "viseme_aa")
+# How these keys turn the left eye, radians to the left and up.
+TURNS = {
+    "eyeLookOutLeft": (0.2, 0),
+    "eyeLookInLeft": (-0.2, 0),
+    "eyeLookUpLeft": (0, 0.2),
+    "eyeLookDownLeft": (0, -0.2),
+}
 # Points on a side of each part: a grid.
 SIDES = dict.fromkeys(sorted(PARTS), 3) | {"skin": 5}
 VERTICES = {name: side * side for name, side in SIDES.items()}
@@ -28,7 +35,11 @@ def small(person: Person) -> Any:
     made.positions = (made.generic_positions * person.size).astype(np.float32)
     made.quads = np.concatenate(quads).astype(np.uint32)
     made.uvs = np.tile(np.array([(0, 0), (1, 0), (1, 1), (0, 1)], np.float32), (len(made.quads), 1, 1))
-    made.keys = [_key(name, number, made.positions) for number, name in enumerate(KEYS)]
+    made.keys = [_key(name, number, made.positions) for number, name in enumerate((*KEYS, *TURNS))]
+    first, last = next(span for name, span, _ in parts if name == "eye_left")
+    for name, _, offsets in made.keys:
+        if name in TURNS:
+            offsets[first:last] = _turn(*TURNS[name], made.positions[first:last])
     made.expressions = [(person.name.lower(), [("jawOpen", 0.5)]), *EXPRESSIONS]
     made.report = json.dumps(json.loads(made.report) | {"warnings": [f"this is {person.name}"]})
     return made
@@ -62,3 +73,11 @@ def _key(name: str, number: int, positions: Any) -> tuple[str, Any, Any]:
     indices = np.arange(len(positions), dtype=np.uint32)
     offsets = np.roll(positions, number, axis=1) * 0.05 * (number + 1)
     return name, indices, np.ascontiguousarray(offsets, np.float32)
+
+
+def _turn(aside: float, up: float, positions: Any) -> Any:
+    """By how much points move that turn about the eye's middle."""
+    centre = np.array([0.03, 0.0, -0.05])
+    across = np.array([[np.cos(aside), 0, np.sin(aside)], [0, 1, 0], [-np.sin(aside), 0, np.cos(aside)]])
+    nod = np.array([[1, 0, 0], [0, np.cos(up), np.sin(up)], [0, -np.sin(up), np.cos(up)]])
+    return (positions - centre) @ (across @ nod).T + centre - positions

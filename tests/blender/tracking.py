@@ -143,7 +143,8 @@ class Layout:
         self.context = context
 
     def prop(self, data: Any, name: str, **_more: Any) -> None:
-        assert name in data.bl_rna.properties
+        is_custom = name.startswith('["')
+        assert name[2:-2] in data if is_custom else name in data.bl_rna.properties
 
     def prop_search(self, data: Any, name: str, within: Any, collection: str, **_more: Any) -> None:
         assert name in data.bl_rna.properties and collection in within.bl_rna.properties
