@@ -79,7 +79,7 @@ def _of_drivers(obj: bpy.types.Object, skin: bpy.types.Object) -> Iterator[str]:
     if obj.parent != skin and not any(_is_worn(key) for key in followed):
         return
     # Blender forgets what a local copy of a linked part follows: it links no keys.
-    if obj.library != skin.library:
+    if obj.data.library != skin.data.library:
         return
     strange = [key.name_full if key is not None else "nothing" for key in followed - {led}]
     yield from (f"{obj.name} follows {name} and not {skin.name}" for name in strange)
