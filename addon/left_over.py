@@ -4,7 +4,7 @@ from typing import Any
 
 import bpy
 
-from .scene import video
+from .scene import sketch, video
 
 HANDLERS = (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post, bpy.app.handlers.load_post)
 
@@ -17,6 +17,8 @@ def register() -> None:
 def unregister() -> None:
     for handlers in HANDLERS:
         handlers.remove(_forget)
+    # The extension may be turned off under its work.
+    sketch.forget()
 
 
 @bpy.app.handlers.persistent

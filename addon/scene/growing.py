@@ -15,14 +15,15 @@ class Growing:
     """The head of some work: sketched in the scene in which that began, looked at until it ends."""
 
     def __init__(self, scene: bpy.types.Scene, glance: Glance) -> None:
-        self._scene = scene.as_pointer()
+        # Undo makes other data of the scene; its number stays.
+        self._scene = scene.session_uid
         self._sketch: Sketch | None = None
         self._glance = glance
 
     def show(self, window: bpy.types.Window, positions: Positions) -> None:
         """Draw it as far as it is, (n, 3) in the head frame, metres. The first time the views turn to its place."""
         scene = window.scene
-        if scene.as_pointer() != self._scene:
+        if scene.session_uid != self._scene:
             return
         if self._sketch is None:
             shape = to_blender(positions)

@@ -41,8 +41,8 @@ class Sketch:
         quads = generic.quads[np.concatenate(drawn)].astype(np.int32)
         self._triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
         self._colours = _colours(generic)
-        # A pointer is compared and never followed: the scene may be gone.
-        self._scene, self._place = scene.as_pointer(), place.copy()
+        # By its number, which undo leaves as it is: the scene may be gone.
+        self._scene, self._place = scene.session_uid, place.copy()
         self._before = self._after = to_blender(generic.positions)
         self._since = 0.0
         self._handle: Any = None
@@ -66,7 +66,7 @@ class Sketch:
         return self._before + np.float32(part) * (self._after - self._before)
 
     def _draw(self) -> None:
-        if bpy.context.scene.as_pointer() != self._scene:
+        if bpy.context.scene.session_uid != self._scene:
             return
         shape = self._shape()
         shader = gpu.shader.from_builtin("SMOOTH_COLOR")
@@ -80,6 +80,12 @@ class Sketch:
         gpu.state.face_culling_set("NONE")
         gpu.state.depth_mask_set(False)
         gpu.state.depth_test_set("NONE")
+
+
+def forget() -> None:
+    """Draw nothing, whatever work goes on."""
+    if Sketch.drawn is not None:
+        Sketch.drawn.end()
 
 
 def lit(positions: Positions, triangles: NDArray[np.int32], colours: Positions) -> Positions:

@@ -6,6 +6,7 @@ from typing import Any
 import bpy
 import numpy as np
 import pytest
+from conftest import PACKAGE
 from mathutils import Euler, Quaternion, Vector
 from tracking import SHAPE, Finished, drawn, module
 
@@ -183,6 +184,24 @@ def view_of_window() -> tuple[Any, Any]:
     view.view_perspective, view.view_location, view.view_distance = "PERSP", (0.5, 0.0, 0.0), 10.0
     view.is_orthographic_side_view, view.view_rotation = False, Euler((1.1, 0.0, 0.8)).to_quaternion()
     return window, view
+
+
+def test_a_sketch_is_drawn_until_the_extension_is_turned_off(addon: ModuleType, monkeypatch: Any) -> None:
+    sketch, drawing = module("scene.sketch"), []
+    views = SimpleNamespace(
+        draw_handler_add=lambda *given: drawing.append(given[0]) or given[0],
+        draw_handler_remove=lambda handle, _region: drawing.remove(handle),
+    )
+    monkeypatch.setattr(sketch, "bpy", SimpleNamespace(types=SimpleNamespace(SpaceView3D=views)))
+    positions = np.zeros((3, 3), np.float32)
+    generic = SimpleNamespace(positions=positions, quads=np.zeros((1, 4), np.int64), parts=[("skin", (0, 3), (0, 1))])
+    made = sketch.Sketch(bpy.context.scene, generic, Vector())
+    made.show(positions)
+    made.show(positions)
+    assert len(drawing) == 1 and sketch.Sketch.drawn is made
+    bpy.ops.preferences.addon_disable(module=PACKAGE)
+    assert not drawing and sketch.Sketch.drawn is None
+    bpy.ops.preferences.addon_enable(module=PACKAGE)
 
 
 def test_what_faces_the_light_is_brighter(addon: ModuleType) -> None:
