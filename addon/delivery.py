@@ -20,6 +20,11 @@ def busy_with(context: bpy.types.Context) -> str:
     return "done, waits for the render" if any(map(bpy.app.is_job_running, ("RENDER", "OBJECT_BAKE"))) else ""
 
 
+def window_of(context: bpy.types.Context) -> bpy.types.Window | None:
+    """The window that shows what was made; none in the background, nor for a script that a timer calls."""
+    return None if bpy.app.background else context.window
+
+
 def scene_of(context: bpy.types.Context, number: int) -> tuple[dict[str, Any], list[str]]:
     """How the context must be other for the scene of a number, and what is to be said; nothing where it is shown."""
     scene = next((scene for scene in bpy.data.scenes if scene.session_uid == number), None)

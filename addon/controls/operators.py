@@ -2,7 +2,7 @@
 
 import bpy
 
-from ..delivery import leave_modes
+from ..delivery import leave_modes, window_of
 from ..modal import Result, reported
 from ..running import idle
 from ..scene import view
@@ -33,10 +33,11 @@ class FACEWRIGHT_OT_add_controls(bpy.types.Operator):
         active, before = context.object, actions.armature(context.scene, context.object)
         leave_modes(context)
         made, message = actions.add(context.scene, active)
-        if pose(context, made) and before is None and not bpy.app.background:
+        window = window_of(context)
+        if pose(context, made) and before is None and window is not None:
             # The target would be far before the head.
             actions.mark(made, lambda role: role != actions.EYES)
-            view.present_wide(context.window)
+            view.present_wide(window)
             actions.mark(made, lambda _: False)
         return message
 

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import bpy
 
-from ..delivery import leave_modes
+from ..delivery import leave_modes, window_of
 from ..modal import Result, in_object_mode, reported
 from ..running import idle
 from ..scene.heads import Head
@@ -74,8 +74,8 @@ class FACEWRIGHT_OT_duplicate_head(OnHead, bpy.types.Operator):
 
     def work(self, context: bpy.types.Context, head: Head) -> str:
         said = actions.duplicate(context.scene, context.view_layer, head)
-        if not bpy.app.background:
-            actions.present(context.window)
+        if (window := window_of(context)) is not None:
+            actions.present(window)
         return said
 
 

@@ -2,6 +2,7 @@
 
 import bpy
 
+from ..delivery import window_of
 from ..modal import Result
 from . import actions
 
@@ -48,7 +49,7 @@ class FACEWRIGHT_OT_open_report(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> Result:
         text = actions.write_report(context.scene, context.object)
-        if not bpy.app.background:
-            actions.show_text(context.window, text)
+        if (window := window_of(context)) is not None:
+            actions.show_text(window, text)
         self.report({"INFO"}, f"{text.name} is in the Text editor")
         return {"FINISHED"}

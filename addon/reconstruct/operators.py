@@ -4,6 +4,7 @@ from typing import Any
 
 import bpy
 
+from ..delivery import window_of
 from ..engine import Reconstruction
 from ..jobs import Work
 from ..modal import WorkOperator, in_object_mode
@@ -83,9 +84,10 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
         # The frames have done their work: what follows is the head's.
         clip.show_frames = False
         made, further = actions.report_lines(result.report)[:1], actions.next_step(face not in before)
-        if face not in before and not bpy.app.background and context.window.scene == scene:
+        window = window_of(context)
+        if face not in before and window is not None and window.scene == scene:
             assert self._glance is not None, "start has set it"
-            actions.present(context.window, face, self._glance)
+            actions.present(window, face, self._glance)
         if self._folder and (complaint := actions.write(result, self._folder)):
             self.report({"WARNING"}, complaint)
         # What is kept, and warnings, stay in the report.
