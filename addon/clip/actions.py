@@ -1,71 +1,20 @@
 """What the buttons around the choice of a clip do."""
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import bpy
 
-from ..engine import FacewrightError, Survey, SurveyedFrame, pictures_in, survey
+from ..engine import FacewrightError, pictures_in, survey
 from ..jobs import POLL_SECONDS, Work, watch
-from ..scene import footage, recent_clips, source, video
+from ..scene import footage, recent_clips, source, strips, video
 from ..scene.source import Source, source_of
-from ..scene.thumbnails import Fate, Thumbnails
+from ..scene.strips import Key, Strip
 
-# So many frames are shown of those that were looked at …
-SHOWN = 15
-# … and so many are looked at where Blender itself decodes them, which takes a second.
+# So many frames are looked at where Blender itself decodes them, which takes a second.
 DECODED_HERE = 16
-# Surveys that are kept, of the clips that were looked at last.
-KEPT = 4
 NOT_SHOWN = "this frame is not shown: look at the clip again"
-
-
-@dataclass
-class Strip:
-    """A clip that was looked at: its survey, and the frames of it that are shown."""
-
-    survey: Survey
-    # The clip's numbers of the frames that were looked at, where the survey counts others.
-    numbers: list[int] | None = None
-    thumbnails: Thumbnails = field(default_factory=Thumbnails)
-    checked: dict[Any, Survey] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        # Each native look has its picture with it.
-        self.looks = self.survey.looks
-
-    def number(self, look: SurveyedFrame) -> int:
-        """The clip's number of a frame that was looked at."""
-        return self.numbers[look.number] if self.numbers is not None else look.number
-
-    def shown(self) -> list[SurveyedFrame]:
-        """Frames spread over those that were looked at, with the first and the last."""
-        count = min(SHOWN, len(self.looks))
-        return [self.looks[round(k * (len(self.looks) - 1) / max(count - 1, 1))] for k in range(count)]
-
-    def stretch(self, number: int) -> tuple[int, int]:
-        """The frames that a shown one stands for: up to the middle between it and its neighbours."""
-        shown = [self.number(look) for look in self.shown()]
-        place = shown.index(number)
-        before = shown[place - 1] if place > 0 else None
-        after = shown[place + 1] if place + 1 < len(shown) else None
-        first = number if before is None else (before + number) // 2 + 1
-        last = number if after is None else (number + after) // 2
-        return first, last
-
-    def part(self, frames: Source) -> Survey:
-        """What those of the frames show that are used."""
-        key = (frames.span, frames.left_out)
-        if key not in self.checked:
-            wanted = {look.number for look in self.looks if frames.is_used(self.number(look))}
-            self.checked = {key: self.survey.part(wanted)}
-        return self.checked[key]
-
-
-Key = tuple[str, tuple[str, ...]]
-_strips: dict[Key, Strip] = {}
 # The clip that is being looked at unasked.
 _looking: list[Key] = []
 
@@ -81,7 +30,7 @@ def readable(settings: Any) -> bool:
 
 def strip_of(settings: Any) -> Strip | None:
     """The chosen clip as it was looked at, if it was."""
-    return _strips.get(_key(settings))
+    return strips.of(_key(settings))
 
 
 def is_looking(settings: Any) -> bool:
@@ -107,30 +56,14 @@ def _surveyed(frames: Source, camera: str | None) -> Work[Strip]:
     numbers = source.numbers(frames)
     if video.is_decoded_by_library(frames.path):
         return Strip((yield from watch(survey([frames.path], numbers=numbers, camera=camera))))
-    some = spread(numbers, DECODED_HERE)
+    some = strips.spread(numbers, DECODED_HERE)
     with (yield from video.opened(frames.path, some)) as decoded:
         return Strip((yield from decoded.behind(watch(survey(decoded.paths, camera=camera)))), some)
 
 
-def spread(numbers: list[int], count: int) -> list[int]:
-    """So many of some numbers at most, with the first and the last."""
-    count = min(count, len(numbers))
-    return [numbers[round(k * (len(numbers) - 1) / max(count - 1, 1))] for k in range(count)]
-
-
 def keep(frames: Source, strip: Strip) -> None:
     """Show what was found of a clip from now on."""
-    key = (frames.path, frames.pictures)
-    forget([key])
-    forget(list(_strips)[: max(len(_strips) + 1 - KEPT, 0)])
-    _strips[key] = strip
-
-
-def forget(keys: Iterable[Key] | None = None) -> None:
-    """Let go of surveys; of all where none is named."""
-    for key in list(_strips if keys is None else keys):
-        if key in _strips:
-            _strips.pop(key).thumbnails.close()
+    strips.keep((frames.path, frames.pictures), strip)
 
 
 def look_soon(settings: Any) -> None:
@@ -140,7 +73,7 @@ def look_soon(settings: Any) -> None:
     """
     frames = Source(bpy.path.abspath(settings.path), None, tuple(picture.name for picture in settings.pictures))
     key = (frames.path, frames.pictures)
-    if bpy.app.background or settings.frames < 1 or key in _strips:
+    if bpy.app.background or settings.frames < 1 or strips.of(key) is not None:
         return
     is_film = video.is_video(frames.path)
     if is_film and not video.is_decoded_by_library(frames.path):
@@ -180,22 +113,7 @@ def redraw() -> None:
 def stop_looking() -> None:
     """End what goes on unasked, and let go of all that was found."""
     _looking.clear()
-    forget()
-
-
-def icon(strip: Strip, look: SurveyedFrame, fate: Fate) -> int:
-    """The picture of a frame as an icon."""
-    width, height = strip.survey.size
-    left, top, wide, high = look.rectangle or (0, 0, width, height)
-    middle = ((left + wide / 2) / width, (top + high / 2) / height)
-    return strip.thumbnails.icon(strip.number(look), fate, lambda: look.thumbnail, middle)
-
-
-def fate(frames: Source, strip: Strip, look: SurveyedFrame) -> Fate:
-    """What becomes of a frame that was looked at."""
-    if not frames.is_used(strip.number(look)):
-        return Fate.LEFT_OUT
-    return Fate.USED if look.usable else Fate.UNUSABLE
+    strips.forget()
 
 
 def about(settings: Any, number: int) -> str:

@@ -10,9 +10,9 @@ from ..modal import Result, WorkOperator, reported
 from ..options import BLEND_RELATIVE
 from ..running import idle, redraw
 from ..scene.source import Source, source_of
+from ..scene.strips import Strip
 from ..scene.video import VIDEOS
 from . import actions
-from .actions import Strip
 from .options import CLICKS
 
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp")

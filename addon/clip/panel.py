@@ -4,9 +4,9 @@ import bpy
 
 from ..running import draw_text
 from ..scene.source import source_of
+from ..scene.strips import Strip, fate_of, icon
 from ..scene.thumbnails import Fate
 from . import actions
-from .actions import Strip
 from .operators import (
     FACEWRIGHT_OT_frames_from_timeline,
     FACEWRIGHT_OT_open_recent_clip,
@@ -91,9 +91,9 @@ def draw_strip(layout: bpy.types.UILayout, context: bpy.types.Context, strip: St
     columns = min(max(int(width / WIDTH_PX), FEWEST), MOST)
     grid = layout.grid_flow(row_major=True, columns=columns, even_columns=True, even_rows=True, align=True)
     for look in strip.shown():
-        fate, number = actions.fate(frames, strip, look), strip.number(look)
+        fate, number = fate_of(frames, strip, look), strip.number(look)
         cell = grid.column(align=True)
-        cell.template_icon(icon_value=actions.icon(strip, look, fate), scale=LINES)
+        cell.template_icon(icon_value=icon(strip, look, fate), scale=LINES)
         text = str(actions.shown_number(settings, number))
         button = cell.operator(FACEWRIGHT_OT_pick_frame.bl_idname, text=text, depress=fate is not Fate.LEFT_OUT)
         button.number = number
