@@ -41,6 +41,8 @@ def unbind(head: Head, armature: bpy.types.Object | None) -> None:
     for obj in head.objects:
         if (found := modifier(obj)) is not None:
             obj.modifiers.remove(found)
+            if _is_followed(obj.data):
+                continue
             for group in [obj.vertex_groups[name] for name in names if name in obj.vertex_groups]:
                 obj.vertex_groups.remove(group)
 
@@ -49,6 +51,12 @@ def modifier(obj: bpy.types.Object) -> bpy.types.ArmatureModifier | None:
     """What lets a part follow an armature of ours, be that gone or another head's."""
     found = [m for m in obj.modifiers if m.type == "ARMATURE" and (m.object is None or LED in m.object)]
     return next(iter(found), None)
+
+
+def _is_followed(mesh: bpy.types.Mesh) -> bool:
+    """Whether an object of a mesh, as a linked duplicate is, follows an armature of ours: weights are the mesh's."""
+    shown = [obj for obj in bpy.data.objects if obj.data == mesh] if mesh.users > 1 else []
+    return any(modifier(obj) is not None for obj in shown)
 
 
 def _weigh(obj: bpy.types.Object, names: dict[str, str], is_skin: bool) -> None:

@@ -131,6 +131,25 @@ def test_a_copy_without_its_armature_can_get_one_of_its_own(face: bpy.types.Obje
     assert np.abs(evaluated(copy) - evaluated(face)).max() > 0.01, "the original's bones do not move it"
 
 
+def test_a_linked_duplicate_goes_on_following_its_bones_when_the_other_loses_its_own(face: bpy.types.Object) -> None:
+    head, made = module("scene.heads").current(bpy.context.scene, face, "")[0], armature(face)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    select(*head.objects, made)
+    assert bpy.ops.object.duplicate(linked=True) == {"FINISHED"}
+    copy = next(obj for obj in bpy.context.selected_objects if obj.get("facewright_part") == "skin")
+    assert copy != face and copy.data == face.data, "they show one mesh"
+    assert armature(copy) not in (None, made), "the copy has an armature of its own"
+    select(face)
+    remove(face)
+    rest = evaluated(copy)
+    bone(copy, "head").rotation_euler[2] = 0.5
+    armature(copy).update_tag()
+    assert np.abs(evaluated(copy) - rest).max() > 0.02, "the copy's head turns"
+    select(copy)
+    remove(copy)
+    assert not copy.vertex_groups, "with the last controls the weights go"
+
+
 def test_a_copy_that_gets_a_collection_takes_its_armature_along(clips: Clips) -> None:
     anna = run(clips.anna)
     add(anna)
