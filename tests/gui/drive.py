@@ -41,6 +41,7 @@ from side_bar import (
     the_table_of_the_calibration_is_read_at_the_side_bars_usual_width,
 )
 from steps import PARTS, RECONSTRUCT, difference, expect_one_step, finish, point_at_view, press_escape, start, undo
+from two_windows import a_head_comes_into_its_scene_beside_another, a_window_that_is_closed_ends_its_work
 
 # Basis, the ARKit keys, the visemes.
 KEYS = 1 + 52 + 15
@@ -95,6 +96,7 @@ TESTS: dict[str, list[Test]] = {
         a_drag_is_not_disturbed,
         the_report_opens_as_a_text_in_one_undo_step,
         blender_closes_while_the_job_runs,
+        *(a_head_comes_into_its_scene_beside_another, a_window_that_is_closed_ends_its_work),
     ],
     "VIEW_3D OPEN": [
         the_table_of_the_calibration_is_read_at_the_side_bars_usual_width,

@@ -22,10 +22,11 @@ from mathutils import Vector
 sys.path.insert(0, str(Path(__file__).parent))
 from editors import EDITOR, OPEN, WORDS, areas, is_fresh, open_panels, place, prepare_editor, window
 from everywhere import heads_at_this_frame, hovered, seen_everywhere, worn
+from windows import obey
 
 PACKAGE = "bl_ext.user_default.facewright"
 ZIP, CLIP, STATE = (Path(os.environ[f"FACEWRIGHT_GUI_{name}"]) for name in ("ZIP", "CLIP", "STATE"))
-QUESTION = STATE.with_name("question")
+QUESTION, ORDER = STATE.with_name("question"), STATE.with_name("order")
 TICK_SECONDS = 0.05
 
 
@@ -36,8 +37,9 @@ def life() -> Generator[float, None, None]:
         yield from prepare_editor(CLIP)
         with bpy.context.temp_override(window=window(), area=place("WINDOW")[0]):
             bpy.ops.ed.undo_push(message="Prepared")
-    told: dict[str, Any] = {"tick": 0, "answered": 0}
+    told: dict[str, Any] = {"tick": 0, "answered": 0, "ordered": 0}
     while True:
+        told["ordered"] = obey(ORDER, told["ordered"])
         told |= {"tick": told["tick"] + 1} | shown()
         if not told["running"] and question() != told["answered"]:
             told |= made() | {"answered": question()}
@@ -122,6 +124,7 @@ def made() -> dict[str, Any]:
         "tracks": {name: len(o.tracks) for name, o in tracking_objects().items()},
         "data": data(),
         "undo_steps": undo_steps(),
+        "held": {scene.name: [obj.name for obj in scene.objects] for scene in bpy.data.scenes},
         "boxes": heads_at_this_frame(),
         "worn": worn(),
     }

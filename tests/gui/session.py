@@ -138,6 +138,15 @@ class Session:
         fresh.replace(self._question)
         return self.wait("Blender tells what there is", ANSWER_SECONDS, lambda s: s["answered"] == self._questions)
 
+    def order(self, what: str) -> State:
+        """Let something be done with windows, as said in windows.py."""
+        orders = self.state()["ordered"] + 1
+        order = self._folder / "order"
+        fresh = order.with_suffix(".new")
+        fresh.write_text(f"{orders} {what}")
+        fresh.replace(order)
+        return self.wait(what, ANSWER_SECONDS, lambda s: s["ordered"] == orders)
+
     def click_button(self, command: str, columns: Sequence[float] = COLUMNS) -> None:
         """Find a button and click it."""
         self.point_at_button(command, columns)
