@@ -45,8 +45,8 @@ def duplicate_in_list(artist: Artist) -> None:
         assert len(copies) == 1, f"{len(copies)} heads have the copy's key"
         assert copies[0].parts.keys() == head.parts.keys(), f"{copies[0].parts.keys()} of {head.parts.keys()}"
         assert not (sharing := consistent.shared(copies[0].skin)), f"the copy shares {sharing}"
-        has_own = FIND.of(head.skin) is not None and head.home is not None
-        if has_own and FIND.of(head.skin) in head.home.all_objects.values():
+        held = head.home.all_objects.values() if head.home is not None else []
+        if FIND.of(head.skin) is not None and FIND.of(head.skin) in held:
             made = FIND.of(copies[0].skin)
             assert made is not None and made != FIND.of(head.skin), "the copy has no controls of its own"
             assert FIND.led(copies[0].skin) == FIND.led(head.skin), "the copy's controls lead other keys"

@@ -39,7 +39,8 @@ def small(person: Person) -> Any:
     first, last = next(span for name, span, _ in parts if name == "eye_left")
     for name, _, offsets in made.keys:
         if name in TURNS:
-            offsets[first:last] = _turn(*TURNS[name], made.positions[first:last])
+            aside, up = TURNS[name]
+            offsets[first:last] = _turn(aside, up, made.positions[first:last])
     made.expressions = [(person.name.lower(), [("jawOpen", 0.5)]), *EXPRESSIONS]
     made.report = json.dumps(json.loads(made.report) | {"warnings": [f"this is {person.name}"]})
     return made
