@@ -9,13 +9,12 @@ from ..jobs import Work
 from ..modal import Result, WorkOperator, reported
 from ..options import BLEND_RELATIVE
 from ..running import idle, redraw
+from ..scene.footage import PICTURES
 from ..scene.source import Source, source_of
 from ..scene.strips import Strip
 from ..scene.video import VIDEOS
 from . import actions
 from .options import CLICKS
-
-PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp")
 
 
 class FACEWRIGHT_OT_survey(WorkOperator, bpy.types.Operator):
@@ -182,7 +181,7 @@ class FACEWRIGHT_FH_clip(bpy.types.FileHandler):
 
     bl_label = "Facewright Clip"
     bl_import_operator = FACEWRIGHT_OT_open_clip.bl_idname
-    bl_file_extensions = ";".join(sorted(VIDEOS | set(PICTURES)))
+    bl_file_extensions = ";".join(sorted(VIDEOS | PICTURES))
 
     @classmethod
     def poll_drop(cls, context: bpy.types.Context) -> bool:

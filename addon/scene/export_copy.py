@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..engine import FacewrightError
 from . import controls_find, controls_mesh, export_bones, export_sample, pose_keys
+from .export_check import check
 from .export_looks import dress
 from .export_names import Names, identifier, set_aside
 from .export_sample import SAME, Track
@@ -84,19 +85,12 @@ def _made(context: bpy.types.Context, head: Head, wanted: Wanted, names: Names) 
             copy.left_out += _leave_out(obj, skeleton is not None)
         _plain_keys(obj)
     dress(objects, title, names)
-    if skeleton is not None:
-        _check_bound(head, tracks)
-    if wanted.joined:
-        _check_joinable(head, tracks)
+    check(head, tracks, wanted.joined, skeleton is not None)
     if skeleton is None:
         root = copy.skin if wanted.joined else _root(scene, title, names)
     else:
         root = export_bones.armature(scene, skeleton, tracks[SKIN].places, frames, wanted.scale)
-        for data in (root, root.data):
-            names.give(data, f"{title}_armature")
-        for bound in [controls_mesh.modifier(obj) for obj in objects.values()]:
-            if bound is not None:
-                bound.object = root
+        _bind(copy, root, title)
     _bake(root, objects, tracks, frames, wanted.scale)
     if wanted.joined:
         _join(copy)
@@ -106,6 +100,15 @@ def _made(context: bpy.types.Context, head: Head, wanted: Wanted, names: Names) 
         names.give(obj.data, called)
     scene.frame_set(scene.frame_start)
     return copy
+
+
+def _bind(copy: Copy, root: bpy.types.Object, title: str) -> None:
+    """Let the bones of the copy, and no longer the artist's, move its meshes."""
+    for data in (root, root.data):
+        copy.names.give(data, f"{title}_armature")
+    for bound in [controls_mesh.modifier(obj) for obj in copy.objects.values()]:
+        if bound is not None:
+            bound.object = root
 
 
 def _scene(artists: bpy.types.Scene, frames: tuple[int, int]) -> bpy.types.Scene:
@@ -191,39 +194,6 @@ def _weights(obj: bpy.types.Object, group: str) -> NDArray[np.float64]:
         return np.ones(len(obj.data.vertices))
     found = [next((g.weight for g in v.groups if g.group == index), 0.0) for v in obj.data.vertices]
     return np.array(found, np.float64)
-
-
-def _check_bound(head: Head, tracks: dict[str, Track]) -> None:
-    """What follows bones has no place of its own over time in most programs."""
-    carried = np.linalg.inv(tracks[SKIN].places)
-    for name, part in head.parts.items():
-        if export_bones.is_bound(part) and np.ptp(carried @ tracks[name].places, axis=0).max() > SAME:
-            raise FacewrightError(
-                f"{part.name} moves against {head.name} and follows bones too, as no other program has it: "
-                "take its own keyframes away, or remove the controls"
-            )
-
-
-def _check_joinable(head: Head, tracks: dict[str, Track]) -> None:
-    """One mesh has one place and one value for each key."""
-    skin = tracks[SKIN]
-    titles = _key_names(head.parts[SKIN])
-    for name, track in tracks.items():
-        part = head.parts[name]
-        local = np.linalg.inv(skin.places) @ track.places
-        if np.ptp(local, axis=0).max() > SAME:
-            raise FacewrightError(f"{part.name} moves against {head.name}, as one mesh cannot: export without One Mesh")
-        for key, values in zip(_key_names(part), track.values.T):
-            if key not in titles or np.abs(values - skin.values[:, titles.index(key)]).max() > SAME:
-                raise FacewrightError(
-                    f"the shape key {key} of {part.name} does not follow {head.name}'s: export without One Mesh"
-                )
-
-
-def _key_names(obj: bpy.types.Object) -> list[str]:
-    """The shape keys of an object but the first."""
-    keys = obj.data.shape_keys
-    return [block.name for block in keys.key_blocks[1:]] if keys is not None else []
 
 
 def _root(scene: bpy.types.Scene, title: str, names: Names) -> bpy.types.Object:

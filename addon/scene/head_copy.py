@@ -8,7 +8,7 @@ from . import belongings, heads, portrait
 from .head_names import named_alike, stems
 from .heads import KEY, Head
 from .looks import PICTURE
-from .materials import exchange
+from .materials import copied, exchange
 from .motion_rig import FOLLOW
 from .standing import free_place
 
@@ -63,15 +63,8 @@ def _copied(objects: list[bpy.types.Object]) -> Copies:
 
 
 def _picture(picture: bpy.types.Image) -> bpy.types.Image:
-    copy = picture.copy()
-    if picture.is_dirty:
-        # Blender copies what is packed or on disk, not what was painted since.
-        values = np.empty(len(picture.pixels), np.float32)
-        picture.pixels.foreach_get(values)
-        copy.pixels.foreach_set(values)
-        copy.update()
-        copy.pack()
-    return copy
+    # Blender copies what is packed or on disk, not what was painted since.
+    return copied(picture) if picture.is_dirty else picture.copy()
 
 
 def _dress(obj: bpy.types.Object, copies: Copies) -> None:
