@@ -196,6 +196,7 @@ def add_second_person(session: Session, before: State) -> State:
     first = {name for name in before["data"] if name.startswith(("object Face", "image Face", "action "))}
     expect_same(first, before, both)
     expect(set(both["values"]) == {FIRST_HEAD, SECOND_HEAD}, f"the heads are {', '.join(both['values'])}")
+    step_back(session)
     session.picture("hour-07-second-person")
     return both
 
@@ -216,6 +217,15 @@ def go_through_history(session: Session, stages: list[State]) -> None:
             session.desktop.press("ctrl+shift+z")
         expect_same_data(wanted, session.settled(), "redone")
     session.picture("hour-09-redone")
+
+
+def step_back(session: Session) -> None:
+    """See more than one head."""
+    point_at_view(session)
+    session.desktop.turn_wheel(STEPS_BACK)
+    # The view moves slowly.
+    time.sleep(1.0)
+    session.settled()
 
 
 def close(session: Session) -> None:
@@ -245,9 +255,7 @@ def export(session: Session) -> dict[str, dict[str, list[float]]]:
 def choose_head(session: Session) -> None:
     """Look from in front, where the heads stand beside each other, step back, and click the first one."""
     look_from_in_front(session)
-    session.desktop.turn_wheel(STEPS_BACK)
-    # The view turns slowly.
-    time.sleep(1.0)
+    step_back(session)
     session.wait("the first head is in view", ANSWER_SECONDS, lambda s: FIRST_HEAD in s["heads_at"])
     x, y = session.settled()["heads_at"][FIRST_HEAD]
     session.desktop.point(x, SIZE[1] - y)
