@@ -23,7 +23,7 @@ CUT: dict[str, tuple[str, Part]] = {
     "tab": ("hour-02-tab", VIEW),
     "clip": ("frames-chosen", CLIP_PANEL),
     "growing": ("growing", VIEW),
-    "head": ("hour-04-head", VIEW),
+    "head": ("hour-head-in-view", VIEW),
     "report": ("hour-05-neutral-at-01", REPORT),
     "happiness": ("hour-05-happiness-at-20", None),
     "surprise": ("hour-05-surprise-at-40", None),
