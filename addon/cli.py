@@ -15,6 +15,8 @@ import bpy
 
 from .calibrate import actions as camera_actions
 from .engine import Command, FacewrightError, Tracks, UsageError, check_folder, parse_command, run_command
+from .engine.report import parse as parse_report
+from .engine.report import summary
 from .jobs import wait
 from .motion import actions as motion_actions
 from .reconstruct import actions
@@ -114,7 +116,7 @@ def reconstruct(wanted: argparse.Namespace, command: Command) -> Said:
         actions.place(bpy.context.scene, result, str(Path(clip_of(command)).resolve()))
         save(wanted.blend)
     warn(actions.warnings(result.report))
-    return actions.report_lines(result.report), result.report
+    return summary(parse_report(result.report)), result.report
 
 
 def calibrate(wanted: argparse.Namespace, command: Command) -> Said:

@@ -5,6 +5,9 @@ from typing import Any
 
 import bpy
 
+# What a result waits for, as stages.
+DRAGGED, RENDERED = "done, let go of the mouse", "done, waits for the render"
+
 
 def is_dragging(context: bpy.types.Context) -> bool:
     """Whether another operator holds the mouse in any window."""
@@ -16,8 +19,8 @@ def is_dragging(context: bpy.types.Context) -> bool:
 def busy_with(context: bpy.types.Context) -> str:
     """What a result must wait for, as a stage; empty if for nothing. A render reads pictures that a run replaces."""
     if is_dragging(context):
-        return "done, let go of the mouse"
-    return "done, waits for the render" if any(map(bpy.app.is_job_running, ("RENDER", "OBJECT_BAKE"))) else ""
+        return DRAGGED
+    return RENDERED if any(map(bpy.app.is_job_running, ("RENDER", "OBJECT_BAKE"))) else ""
 
 
 def window_of(context: bpy.types.Context) -> bpy.types.Window | None:

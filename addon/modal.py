@@ -12,6 +12,7 @@ from .jobs import POLL_SECONDS, Work, wait
 from .options import BLEND_RELATIVE
 from .running import STARTING, Running, Said, redraw
 from .scene import face_tracks
+from .words import say
 
 Result = set[str]
 
@@ -231,7 +232,7 @@ def clip_of(context: bpy.types.Context) -> bpy.types.MovieClip | None:
 def in_object_mode(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
     """Whether objects may be made; tells the artist otherwise."""
     if context.mode != "OBJECT":
-        operator.poll_message_set("Go to Object Mode first")
+        operator.poll_message_set(say("Go to Object Mode first"))
         return False
     return True
 
@@ -239,7 +240,7 @@ def in_object_mode(operator: type[bpy.types.Operator], context: bpy.types.Contex
 def has_clip(operator: type[bpy.types.Operator]) -> bool:
     """Whether there is any clip; tells the artist otherwise."""
     if not bpy.data.movieclips:
-        operator.poll_message_set("Open a movie clip first")
+        operator.poll_message_set(say("Open a movie clip first"))
         return False
     return True
 
@@ -249,7 +250,7 @@ def has_tracks(operator: type[bpy.types.Operator], context: bpy.types.Context) -
     shown = getattr(context, "edit_movieclip", None)
     clips = [shown] if shown is not None else bpy.data.movieclips
     if not any(face_tracks.counts(clip) for clip in clips):
-        operator.poll_message_set("Track the face first")
+        operator.poll_message_set(say("Track the face first"))
         return False
     return True
 

@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import cli, left_over, older_files, preferences, running
+from . import cli, left_over, older_files, preferences, running, translations
 from .animate.keying_set import FacewrightFace
 from .animate.operators import (
     FACEWRIGHT_OT_clear_keyframes,
@@ -207,6 +207,7 @@ CLASSES: tuple[type, ...] = (
 
 
 def register() -> None:
+    translations.register()
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.Scene.facewright_camera = bpy.props.PointerProperty(type=FacewrightCamera)
@@ -256,3 +257,4 @@ def unregister() -> None:
     del bpy.types.Scene.facewright_camera
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
+    translations.unregister()

@@ -7,6 +7,7 @@ from typing import ClassVar, NamedTuple
 import bpy
 
 from .engine import Progress
+from .words import say, sentence
 
 # Editors with a side bar of ours.
 SIDE_BARS = {"VIEW_3D", "CLIP_EDITOR"}
@@ -67,7 +68,7 @@ def _opened(_path: str) -> None:
 def idle(operator: type[bpy.types.Operator]) -> bool:
     """Whether nothing runs; tells the artist otherwise."""
     if Running.active:
-        operator.poll_message_set("Facewright is already working: wait, or press Esc")
+        operator.poll_message_set(say("Facewright is already working: wait, or press Esc"))
         return False
     return True
 
@@ -85,20 +86,24 @@ def draw_progress(layout: bpy.types.UILayout) -> None:
     row = layout.row()
     row.scale_y = 1.5
     row.progress(factor=progress.fraction, type="BAR", text=bar_text(progress))
-    layout.label(text=f"{time_left(progress.remaining_s)}Esc cancels")
+    layout.label(text=time_left(progress.remaining_s))
 
 
 def bar_text(progress: Progress) -> str:
     """`3 of 8: Track`, or the stage alone where steps are not counted."""
-    stage = progress.stage[:1].upper() + progress.stage[1:] or "Starting"
-    return f"{progress.step[0]} of {progress.step[1]}: {stage}" if progress.step else stage
+    stage = sentence(progress.stage or STARTING.stage)
+    if not progress.step:
+        return stage
+    return say("{step} of {steps}: {stage}", step=progress.step[0], steps=progress.step[1], stage=stage)
 
 
 def time_left(seconds: float | None) -> str:
-    """`2 min left, ` or nothing where that is unknown."""
+    """`2 min left, Esc cancels`, the latter alone where the time is unknown."""
     if seconds is None:
-        return ""
-    return f"{math.ceil(seconds / 60)} min left, " if seconds > 90 else f"{math.ceil(seconds)} s left, "
+        return say("Esc cancels")
+    if seconds > 90:
+        return say("{minutes} min left, Esc cancels", minutes=math.ceil(seconds / 60))
+    return say("{seconds} s left, Esc cancels", seconds=math.ceil(seconds))
 
 
 def draw_said(layout: bpy.types.UILayout, context: bpy.types.Context, operator: type) -> None:
@@ -110,8 +115,7 @@ def draw_said(layout: bpy.types.UILayout, context: bpy.types.Context, operator: 
     if said is None:
         return
     column = layout.column(align=True)
-    text = said.text[:1].upper() + said.text[1:]
-    for line, icon in wrapped(context, text, "ERROR" if said.kind == "ERROR" else "INFO"):
+    for line, icon in wrapped(context, sentence(said.text), "ERROR" if said.kind == "ERROR" else "INFO"):
         row = column.row()
         row.alignment = "LEFT"
         row.operator(FACEWRIGHT_OT_dismiss.bl_idname, text=line, icon=icon, emboss=False).work = operator.__name__
@@ -135,7 +139,7 @@ class FACEWRIGHT_OT_dismiss(bpy.types.Operator):
 def draw_text(layout: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str = "NONE") -> None:
     """A sentence in as many lines as the side bar needs; Blender would leave out the middle of a long one."""
     column = layout.column(align=True)
-    for line, mark in wrapped(context, text, icon):
+    for line, mark in wrapped(context, say(text), icon):
         column.label(text=line, icon=mark)
 
 

@@ -5,6 +5,11 @@ from typing import Any
 
 from ..engine import FacewrightError
 from ..scene import heads, keys
+from ..words import say
+
+KEYLESS = "{head} has no shape keys any more: reconstruct this head again, or undo what removed them"
+LINKED = "the shape keys of {head} are linked from another file: set them there, or append the head instead"
+LINKED_ACTION = "the action {action} of {head} is linked from another file: make it local first"
 
 NEUTRAL = "neutral"
 REPLACE, ADD, MIX = "REPLACE", "ADD", "MIX"
@@ -42,11 +47,11 @@ def named_face(scene: Any, active: Any) -> tuple[Any, str]:
 def complaint(skin: Any) -> str:
     """Why the keys of a head cannot be set; empty if they can."""
     if skin is None:
-        return "Reconstruct a face first"
+        return say("Reconstruct a face first")
     if skin.data.shape_keys is None:
-        return f"{skin.name} has no shape keys any more: reconstruct this head again, or undo what removed them"
+        return say(KEYLESS, head=skin.name)
     if not skin.data.shape_keys.is_editable:
-        return f"the shape keys of {skin.name} are linked from another file: set them there, or append the head instead"
+        return say(LINKED, head=skin.name)
     return ""
 
 
@@ -55,7 +60,7 @@ def keying_complaint(skin: Any) -> str:
     if sentence := complaint(skin):
         return sentence
     if action := keys.linked_action(skin):
-        return f"the action {action} of {skin.name} is linked from another file: make it local first"
+        return say(LINKED_ACTION, action=action, head=skin.name)
     return ""
 
 

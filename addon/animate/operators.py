@@ -7,6 +7,7 @@ import bpy
 
 from ..engine import FacewrightError
 from ..modal import Result
+from ..words import say
 from . import actions
 from .options import Blended
 
@@ -23,7 +24,7 @@ class OnFace:
     def poll(cls, context: bpy.types.Context) -> bool:
         complaint = actions.complaint(actions.face(context.scene, context.object))
         if complaint:
-            cls.poll_message_set(complaint)
+            cls.poll_message_set(say(complaint))
         return not complaint
 
     def execute(self, context: bpy.types.Context) -> Result:

@@ -3,6 +3,7 @@
 import bpy
 
 from ..running import draw_text
+from ..words import say, sentence
 from . import actions
 from .operators import (
     FACEWRIGHT_OT_clear_keyframes,
@@ -33,7 +34,7 @@ class FACEWRIGHT_PT_expressions(Side, bpy.types.Panel):
         if head:
             layout.label(text=head, icon="USER")
         if complaint := actions.complaint(face):
-            draw_text(layout, context, complaint[:1].upper() + complaint[1:], icon="INFO")
+            draw_text(layout, context, sentence(complaint), icon="INFO")
         grid = layout.grid_flow(columns=2, align=True)
         for name in actions.names(face):
             button = grid.operator(FACEWRIGHT_OT_expression.bl_idname, text=name.capitalize())
@@ -73,9 +74,15 @@ class FACEWRIGHT_PT_keys(Side, bpy.types.Panel):
         for group, blocks in actions.groups(face).items():
             header, body = layout.panel(f"facewright_keys_{group}", default_closed=True)
             moved = sum(block.value != 0.0 for block in blocks)
-            header.label(text=f"{group} ({moved} of {len(blocks)})" if moved else group)
+            header.label(text=group_text(group, moved, len(blocks)))
             if body is not None:
                 draw_group(body, group, blocks, led, any(block.name in paired for block in blocks))
+
+
+def group_text(group: str, moved: int, count: int) -> str:
+    """A group's name, with how many of its keys are not 0."""
+    name = say(group)
+    return say("{group} ({moved} of {count})", group=name, moved=moved, count=count) if moved else name
 
 
 def draw_found(layout: bpy.types.UILayout, face: bpy.types.Object, text: str, led: set[str]) -> None:

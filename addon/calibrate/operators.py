@@ -10,6 +10,7 @@ from ..running import idle
 from ..scene import boards as scene_boards
 from ..scene import camera as scene_camera
 from ..scene import footage
+from ..words import say
 from . import actions
 
 
@@ -93,7 +94,7 @@ class FACEWRIGHT_OT_forget_camera(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if not context.scene.facewright_camera.text:
-            cls.poll_message_set("The scene has no camera to forget")
+            cls.poll_message_set(say("The scene has no camera to forget"))
             return False
         return True
 
@@ -176,7 +177,7 @@ class FACEWRIGHT_OT_remove_boards(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if scene_boards.collection(context.scene) is None:
-            cls.poll_message_set("No boards are in the scene")
+            cls.poll_message_set(say("No boards are in the scene"))
             return False
         return in_object_mode(cls, context)
 
@@ -223,7 +224,7 @@ class FACEWRIGHT_OT_set_clip_lens(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if not bpy.data.movieclips:
-            cls.poll_message_set("First open the movie clip that this camera filmed")
+            cls.poll_message_set(say("First open the movie clip that this camera filmed"))
             return False
         return has_camera(cls, context)
 
@@ -251,7 +252,7 @@ class FACEWRIGHT_OT_set_clip_lens(bpy.types.Operator):
 def has_camera(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
     """Whether the camera is known; tells the artist otherwise."""
     if actions.known(context.scene.facewright_camera.text) is None:
-        operator.poll_message_set("Calibrate or open a camera first")
+        operator.poll_message_set(say("Calibrate or open a camera first"))
         return False
     return True
 
@@ -261,6 +262,6 @@ def has_boards(operator: type[bpy.types.Operator], context: bpy.types.Context) -
     if not has_camera(operator, context):
         return False
     if not any(picture.used for picture in context.scene.facewright_camera.pictures):
-        operator.poll_message_set("This camera file lists no boards: calibrate, or open one that does")
+        operator.poll_message_set(say("This camera file lists no boards: calibrate, or open one that does"))
         return False
     return True

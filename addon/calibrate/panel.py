@@ -3,6 +3,7 @@
 import bpy
 
 from ..running import Running, draw_progress, draw_said, draw_text
+from ..words import say
 from . import actions
 from .operators import (
     FACEWRIGHT_OT_calibrate,
@@ -171,7 +172,7 @@ def draw_picture(layout: bpy.types.UILayout, context: bpy.types.Context, row: bp
     """All that is known of a picture: the table has no room for it."""
     draw_text(layout, context, row.name)
     if row.used:
-        for name, value in (("RMS", row.rms), ("Worst corner", row.worst), ("Held out", row.hold_out)):
+        for name, value in (("RMS", row.rms), (say("Worst corner"), row.worst), (say("Held out"), row.hold_out)):
             split = layout.split(factor=NAMES)
             split.label(text=name)
             split.label(text=f"{pixels(value)} px")

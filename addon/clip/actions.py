@@ -11,6 +11,7 @@ from ..jobs import POLL_SECONDS, Work, watch
 from ..scene import footage, recent_clips, source, strips, video
 from ..scene.source import Source, source_of
 from ..scene.strips import Key, Strip
+from ..words import say
 
 # So many frames are looked at where Blender itself decodes them, which takes a second.
 DECODED_HERE = 16
@@ -123,7 +124,8 @@ def about(settings: Any, number: int) -> str:
     if strip is None or look is None:
         return ""
     left_out = not source_of(settings).is_used(number)
-    return f"Frame {shown_number(settings, number)}: {look.reason}{', left out' if left_out else ''}"
+    text = "Frame {number}: {what}, left out" if left_out else "Frame {number}: {what}"
+    return say(text, number=shown_number(settings, number), what=look.reason)
 
 
 def movie_clip(settings: Any) -> bpy.types.MovieClip | None:
@@ -165,7 +167,7 @@ def set_ends(settings: Any, first: int | None = None, last: int | None = None) -
         settings.last = last
         settings.first = min(settings.first, last)
     ends = [shown_number(settings, number) for number in (settings.first, settings.last)]
-    return f"frames {ends[0]} to {ends[1]}"
+    return say("frames {first} to {last}", first=ends[0], last=ends[1])
 
 
 def set_shown(settings: Any, **ends: int) -> None:
@@ -214,7 +216,11 @@ def leave_out(settings: Any, first: int, last: int, is_out: bool = True) -> str:
     stretch = set(range(first, last + 1))
     settings.left_out = source.text_of(before | stretch if is_out else before - stretch)
     ends = sorted({shown_number(settings, number) for number in (first, last)})
-    return f"frames {' to '.join(map(str, ends))} {'left out' if is_out else 'used again'}"
+    if len(ends) > 1:
+        text = "frames {first} to {last} left out" if is_out else "frames {first} to {last} used again"
+    else:
+        text = "frame {first} left out" if is_out else "frame {first} used again"
+    return say(text, first=ends[0], last=ends[-1])
 
 
 def choose(settings: Any, folder: str, names: list[str], is_relative: bool = False) -> str:
@@ -231,7 +237,7 @@ def choose(settings: Any, folder: str, names: list[str], is_relative: bool = Fal
     if len(names) > 1:
         choose_pictures(settings, names)
     recent_clips.remember(path, tuple(names) if len(names) > 1 else ())
-    return f"{Path(path).name}: {settings.frames} frames"
+    return say("{clip}: {count} frames", clip=Path(path).name, count=settings.frames)
 
 
 def choose_pictures(settings: Any, names: list[str]) -> None:
@@ -260,7 +266,9 @@ def choose_recent(settings: Any, number: int) -> str:
 
 def recent() -> list[str]:
     """Labels of the clips that were chosen last."""
-    return [
-        f"{Path(path).parent.name}/{Path(path).name}" + (f" and {len(names) - 1} more" if names else "")
-        for path, names in recent_clips.recent()
-    ]
+    return [_label(Path(path), names) for path, names in recent_clips.recent()]
+
+
+def _label(path: Path, names: tuple[str, ...]) -> str:
+    clip = f"{path.parent.name}/{path.name}"
+    return say("{clip} and {count} more", clip=clip, count=len(names) - 1) if names else clip

@@ -13,6 +13,7 @@ from ..scene.footage import PICTURES
 from ..scene.source import Source, source_of
 from ..scene.strips import Strip
 from ..scene.video import VIDEOS
+from ..words import say
 from . import actions
 from .options import CLICKS
 
@@ -31,7 +32,7 @@ class FACEWRIGHT_OT_survey(WorkOperator, bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if not context.scene.facewright_clip.path:
-            cls.poll_message_set("Choose a clip first")
+            cls.poll_message_set(say("Choose a clip first"))
             return False
         return idle(cls)
 
@@ -97,7 +98,7 @@ class FACEWRIGHT_OT_frames_from_timeline(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if not context.scene.facewright_clip.path:
-            cls.poll_message_set("Choose a clip first")
+            cls.poll_message_set(say("Choose a clip first"))
             return False
         return True
 
@@ -116,7 +117,7 @@ class FACEWRIGHT_OT_use_all_frames(bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         settings = context.scene.facewright_clip
         if not (settings.use_range or settings.left_out):
-            cls.poll_message_set("All frames are used")
+            cls.poll_message_set(say("All frames are used"))
             return False
         return True
 

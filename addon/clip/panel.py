@@ -6,6 +6,7 @@ from ..running import draw_text
 from ..scene.source import source_of
 from ..scene.strips import Strip, fate_of, icon
 from ..scene.thumbnails import Fate
+from ..words import say, sentence
 from . import actions
 from .operators import (
     FACEWRIGHT_OT_frames_from_timeline,
@@ -57,7 +58,7 @@ class FACEWRIGHT_PT_frames(bpy.types.Panel):
         draw_part(layout, settings)
         strip = actions.strip_of(settings)
         if strip is None:
-            text = "Looking…" if actions.is_looking(settings) else FACEWRIGHT_OT_survey.bl_label
+            text = say("Looking…") if actions.is_looking(settings) else FACEWRIGHT_OT_survey.bl_label
             layout.operator(FACEWRIGHT_OT_survey.bl_idname, text=text, icon="VIEWZOOM")
             return
         draw_check(layout, context, strip)
@@ -102,7 +103,7 @@ def draw_strip(layout: bpy.types.UILayout, context: bpy.types.Context, strip: St
 def draw_check(layout: bpy.types.UILayout, context: bpy.types.Context, strip: Strip) -> None:
     """What the frames that are used show, and what they lack."""
     survey = strip.part(source_of(context.scene.facewright_clip))
-    for sentence in survey.summary:
-        draw_text(layout, context, sentence[:1].upper() + sentence[1:])
-    for _, sentence in survey.findings:
-        draw_text(layout, context, sentence[:1].upper() + sentence[1:], icon="ERROR")
+    for found in survey.summary:
+        draw_text(layout, context, sentence(found))
+    for _, found in survey.findings:
+        draw_text(layout, context, sentence(found), icon="ERROR")

@@ -6,6 +6,7 @@ from typing import Any
 from ..engine import FacewrightError
 from ..scene import controls, controls_find, heads
 from ..scene.controls_layout import AIMS, EYES, LINKS
+from ..words import say
 
 NONE = "Add Controls first"
 # The property of the gaze target that says how far the eyes follow it.
@@ -23,17 +24,17 @@ def head(scene: Any, active: Any) -> Any:
 def adding_complaint(scene: Any, active: Any) -> str:
     """Why no controls can be added; empty if they can."""
     found = head(scene, active)
-    return controls.complaint(found) if found is not None else "Reconstruct a face first"
+    return controls.complaint(found) if found is not None else say("Reconstruct a face first")
 
 
 def removing_complaint(scene: Any, active: Any) -> str:
     """Why no controls can be removed; empty if they can."""
     found = head(scene, active)
     if found is None:
-        return "Reconstruct a face first"
+        return say("Reconstruct a face first")
     if not found.is_local:
-        return f"{found.name} is linked from another file: change it there"
-    return "" if controls.has(found) else NONE
+        return say("{head} is linked from another file: change it there", head=found.name)
+    return "" if controls.has(found) else say(NONE)
 
 
 def armature(scene: Any, active: Any) -> Any:

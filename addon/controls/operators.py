@@ -6,6 +6,7 @@ from ..delivery import leave_modes, window_of
 from ..modal import Result, reported
 from ..running import idle
 from ..scene import view
+from ..words import sentence
 from . import actions
 
 MODES = {"OBJECT", "POSE"}
@@ -90,7 +91,7 @@ def can(operator: type[bpy.types.Operator], context: bpy.types.Context, complain
     if context.mode not in MODES:
         complaint = complaint or "Go to Object Mode first"
     if complaint:
-        operator.poll_message_set(complaint[:1].upper() + complaint[1:])
+        operator.poll_message_set(sentence(complaint))
         return False
     return idle(operator)
 

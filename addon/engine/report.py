@@ -1,5 +1,6 @@
 """A report.json: what the library reads of it, remembered for panels, and in sentences."""
 
+from collections.abc import Callable
 from functools import lru_cache
 
 from facewright import Quality, Report
@@ -11,6 +12,9 @@ NOT_NEEDED = {
     "enough frames from this side": "from a side with enough others",
 }
 
+# Puts what is given into the braces of a text, in a language.
+Say = Callable[..., str]
+
 
 @lru_cache(maxsize=4)
 def parse(text: str) -> Report:
@@ -18,26 +22,32 @@ def parse(text: str) -> Report:
     return Report.parse(text)
 
 
-def summary(report: Report) -> list[str]:
-    """A report in a few sentences; none where nothing was measured."""
+def summary(report: Report, say: Say = str.format) -> list[str]:
+    """A report in a few sentences, in English unless told otherwise; none where nothing was measured."""
     if not report.frames:
         return []
     used, seen = sum(frame.used for frame in report.frames), 100 * report.texture.seen
-    said = [f"Made from {counted(used, 'frame')}, {counted(report.points, 'point')}", *_rest(report)]
+    points = say("1 point") if report.points == 1 else say("{count} points", count=report.points)
+    said = [say("Made from {frames}, {points}", frames=_frames_of(used, say), points=points), *_rest(report, say)]
     if report.points:
-        said.append(f"Points lie {report.fit.points_median_mm:.2f} mm off (median)")
-    return [*said, f"Skin: {seen:.0f} % seen" + (", rest filled in" if seen < 99.5 else "")]
+        off = f"{report.fit.points_median_mm:.2f}"
+        said.append(say("Points lie {distance} mm off (median)", distance=off))
+    skin = "Skin: {percent} % seen, rest filled in" if seen < 99.5 else "Skin: {percent} % seen"
+    return [*said, say(skin, percent=f"{seen:.0f}")]
 
 
-def _rest(report: Report) -> list[str]:
+def _rest(report: Report, say: Say) -> list[str]:
     """Of the other frames, how many were not needed, and with how many something was wrong."""
     spare = [(count, NOT_NEEDED[why]) for count, why in report.left_out if why in NOT_NEEDED]
     wrong = [(count, why) for count, why in report.left_out if why not in NOT_NEEDED]
     said = []
     if spare:
-        said.append(f"{counted(sum(n for n, _ in spare), 'frame')} not needed: {_listed(spare)}")
+        spare = [(count, say(why)) for count, why in spare]
+        frames = _frames_of(sum(count for count, _ in spare), say)
+        said.append(say("{frames} not needed: {why}", frames=frames, why=_listed(spare)))
     if wrong:
-        said.append(f"{counted(sum(n for n, _ in wrong), 'frame')} left out: {_listed(wrong)}")
+        frames = _frames_of(sum(count for count, _ in wrong), say)
+        said.append(say("{frames} left out: {why}", frames=frames, why=_listed(wrong)))
     return said
 
 
@@ -48,9 +58,9 @@ def _listed(counts: list[tuple[int, str]]) -> str:
     return ", ".join(f"{count} {why}" for count, why in sorted(counts, key=lambda pair: -pair[0]))
 
 
-def counted(number: int, thing: str) -> str:
+def _frames_of(count: int, say: Say) -> str:
     """`1 frame`, `36 frames`."""
-    return f"{number} {thing}" if number == 1 else f"{number} {thing}s"
+    return say("1 frame") if count == 1 else say("{count} frames", count=count)
 
 
 def document(text: str, name: str) -> str:

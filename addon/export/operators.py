@@ -7,6 +7,7 @@ import bpy
 from ..modal import FileOperator, Result, in_object_mode
 from ..options import BLEND_RELATIVE
 from ..running import idle
+from ..words import say
 from . import actions
 
 FORMATS = [
@@ -72,7 +73,7 @@ class FACEWRIGHT_OT_export(FileOperator, bpy.types.Operator):
         if not in_object_mode(cls, context):
             return False
         if actions.head(context.scene, context.object) is None:
-            cls.poll_message_set("Reconstruct a face first")
+            cls.poll_message_set(say("Reconstruct a face first"))
             return False
         return idle(cls)
 

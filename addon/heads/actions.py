@@ -7,9 +7,14 @@ from typing import Any
 from ..engine import FacewrightError
 from ..scene import head_copy, head_names, head_removal, heads, portrait, view
 from ..scene.heads import Head
+from ..words import say
 
+ASSET = "{head} is an asset: save this file in a folder of an asset library (Preferences, File Paths)"
 NONE_YET = "There is no head yet: choose a clip and reconstruct, or append the collection of one"
-FIXED = "which is shown and never changed"
+INSTANCE = "{head} is an instance of {collection}, which is shown and never changed: to change it, add the collection \
+without Instance"
+LINKED = "{head} is linked from {file}, which is shown and never changed: to change it, append it instead"
+OVERRIDDEN = "{head} is a library override, which is shown and never changed: to change it, append it instead"
 # Nearer, in metres, a copy stands in its original.
 SAME_PLACE = 1e-3
 
@@ -77,7 +82,7 @@ def complaint(scene: Any, active: Any) -> str:
     obj = active if _shows_instance(active) else heads.current_skin(scene, active, scene.facewright_clip.wanted)
     if obj is None:
         row = current(scene, active)
-        return NONE_YET if row is None else row.complaint
+        return say(NONE_YET) if row is None else row.complaint
     return _complaint([obj, obj.data], obj)
 
 
@@ -98,14 +103,13 @@ def _shows_instance(obj: Any) -> bool:
 def _complaint(held: list[Any], obj: Any) -> str:
     """Why what a row shows cannot be changed, where that holds of any of the data; empty if it can."""
     if _shows_instance(obj):
-        named = f"{obj.name} is an instance of {obj.instance_collection.name}"
-        return f"{named}, {FIXED}: to change it, add the collection without Instance"
+        return say(INSTANCE, head=obj.name, collection=obj.instance_collection.name)
     held = [data for data in held if data is not None]
     files = [data.library.filepath for data in held if data.library is not None]
     if files:
-        return f"{obj.name} is linked from {os.path.basename(files[0])}, {FIXED}: to change it, append it instead"
+        return say(LINKED, head=obj.name, file=os.path.basename(files[0]))
     if any(data.override_library is not None for data in held):
-        return f"{obj.name} is a library override, {FIXED}: to change it, append it instead"
+        return say(OVERRIDDEN, head=obj.name)
     return ""
 
 
@@ -126,7 +130,7 @@ def make_next(scene: Any, key: str) -> str:
     """Let the next run make the head of a key anew, or another head for an empty one; gives the message."""
     scene.facewright_clip.wanted = key or heads.NEW
     head = heads.of_key(heads.heads(scene), key)
-    return "The next run makes a new head" if head is None else f"The next run makes {head.name}"
+    return say("The next run makes a new head") if head is None else say("The next run makes {head}", head=head.name)
 
 
 def is_new_next(scene: Any) -> bool:
@@ -148,8 +152,8 @@ def duplicate(scene: Any, layer: Any, head: Head) -> str:
     view.select(layer, made.skin)
     scene.facewright_clip.wanted = made.key
     between = (made.skin.matrix_world.translation - head.skin.matrix_world.translation).length
-    held = "; it stands in its original, as its place is animated or held" if between < SAME_PLACE else ""
-    return f"{made.name} is a copy of {head.name}{held}"
+    held = [say("it stands in its original, as its place is animated or held")] if between < SAME_PLACE else []
+    return "; ".join([say("{copy} is a copy of {head}", copy=made.name, head=head.name), *held])
 
 
 def present(window: Any) -> None:
@@ -164,8 +168,9 @@ def remove(scene: Any, head: Head) -> str:
     if settings.wanted == head.key:
         settings.wanted = ""
     stays = head_removal.remove(head)
-    removed = f"{name} removed" + (f", from {', '.join(elsewhere)} too" if elsewhere else "")
-    return removed + (f"; this stays: {'; '.join(stays)}" if stays else "")
+    text = "{head} removed, from {scenes} too" if elsewhere else "{head} removed"
+    removed = say(text, head=name, scenes=", ".join(elsewhere))
+    return "; ".join([removed, *([say("this stays: {things}", things="; ".join(stays))] if stays else [])])
 
 
 def mark_as_asset(scene: Any, head: Head) -> str:
@@ -174,7 +179,7 @@ def mark_as_asset(scene: Any, head: Head) -> str:
     assert head.home is not None, "a head that is changed has a collection"
     portrait.hang(head.home, head.parts)
     head.home.asset_mark()
-    return f"{head.name} is an asset: save this file in a folder of an asset library (Preferences, File Paths)"
+    return say(ASSET, head=head.name)
 
 
 def clear_asset(head: Head) -> str:
@@ -183,4 +188,4 @@ def clear_asset(head: Head) -> str:
         # A copy may have no collection of its own.
         raise FacewrightError(f"{head.name} is no asset")
     head.home.asset_clear()
-    return f"{head.name} is no asset any more"
+    return say("{head} is no asset any more", head=head.name)

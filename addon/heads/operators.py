@@ -9,7 +9,10 @@ from ..delivery import leave_modes, window_of
 from ..modal import Result, in_object_mode, reported
 from ..running import idle
 from ..scene.heads import Head
+from ..words import say
 from . import actions
+
+ANOTHER = "Let the next run make a new head, in a collection of its own; those that are here stay as they are"
 
 
 class OnHead:
@@ -59,8 +62,8 @@ class FACEWRIGHT_OT_choose_head(bpy.types.Operator):
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
         if properties.head:
-            return "Let the next run make this head again: its skin was deleted"
-        return "Let the next run make a new head, in a collection of its own; those that are here stay as they are"
+            return say("Let the next run make this head again: its skin was deleted")
+        return say(ANOTHER)
 
     def execute(self, context: bpy.types.Context) -> Result:
         return reported(self, lambda: actions.make_next(context.scene, self.head))
@@ -102,8 +105,8 @@ class FACEWRIGHT_OT_mark_head(OnHead, bpy.types.Operator):
     @classmethod
     def description(cls, _context: bpy.types.Context, properties: bpy.types.OperatorProperties) -> str:
         if properties.clear:
-            return "Let the head be no asset any more; the head stays as it is"
-        return "Offer the head in the Asset Browser, with a picture of it"
+            return say("Let the head be no asset any more; the head stays as it is")
+        return say("Offer the head in the Asset Browser, with a picture of it")
 
     def work(self, context: bpy.types.Context, head: Head) -> str:
         return actions.clear_asset(head) if self.clear else actions.mark_as_asset(context.scene, head)

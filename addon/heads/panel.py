@@ -5,6 +5,7 @@ from typing import ClassVar
 import bpy
 
 from ..running import draw_text
+from ..words import say
 from . import actions
 from .operators import (
     FACEWRIGHT_OT_choose_head,
@@ -91,7 +92,7 @@ class FACEWRIGHT_PT_heads(bpy.types.Panel):
         column.operator(FACEWRIGHT_OT_remove_head.bl_idname, text="", icon="REMOVE")
         for head in found.left:
             line = layout.row()
-            line.label(text=f"{head.name}: no skin", icon="USER")
+            line.label(text=say("{head}: no skin", head=head.name), icon="USER")
             line.operator(FACEWRIGHT_OT_choose_head.bl_idname, text="Make Anew").head = head.key
         if current is None:
             return

@@ -8,6 +8,7 @@ import bpy
 from ..engine.report import document
 from ..scene import head as scene_head
 from ..scene import heads
+from ..words import say
 
 MANUAL = Path(__file__).parent.parent / "manual"
 INDEX = "index.html"
@@ -26,6 +27,15 @@ PAGES = {
     ),
     "first-head": (("reconstruct",), ("clip", "person")),
 }
+# A beginner's next step, in sentences: without a clip, and with one.
+NO_CLIP = (
+    "Film a face that turns slowly to both sides: evenly lit, mouth closed, eyes open, the camera on a support",
+    "Then choose the film, or a folder of its frames, above",
+)
+MADE_OF_CLIP = (
+    "Reconstruct Face makes a textured head of this clip, in true size if the camera is calibrated",
+    "Expressions, Export and the report come with it. Esc stops the work and changes nothing",
+)
 FILMING, FIRST_HEAD = "filming", "first-head"
 # How Blender calls operators, groups of settings, and what a scene has of them, in small letters.
 OPERATOR, GROUP, ANY = "bpy.ops.facewright.", "bpy.types.facewright", "bpy.types.*.facewright*"
@@ -107,12 +117,5 @@ def next_step(scene: Any) -> tuple[str, ...]:
     """What a beginner does next, in sentences; none once there is a head."""
     if heads.heads(scene):
         return ()
-    if not scene.facewright_clip.path:
-        return (
-            "Film a face that turns slowly to both sides: evenly lit, mouth closed, eyes open, the camera on a support",
-            "Then choose the film, or a folder of its frames, above",
-        )
-    return (
-        "Reconstruct Face makes a textured head of this clip, in true size if the camera is calibrated",
-        "Expressions, Export and the report come with it. Esc stops the work and changes nothing",
-    )
+    steps = MADE_OF_CLIP if scene.facewright_clip.path else NO_CLIP
+    return tuple(say(step) for step in steps)

@@ -4,6 +4,7 @@ import bpy
 
 from ..delivery import window_of
 from ..modal import Result
+from ..words import say
 from . import actions
 
 
@@ -22,7 +23,7 @@ class FACEWRIGHT_OT_manual(bpy.types.Operator):
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
         if actions.manual() is None:
-            cls.poll_message_set("This build of the extension comes without the manual")
+            cls.poll_message_set(say("This build of the extension comes without the manual"))
             return False
         return True
 
@@ -43,7 +44,7 @@ class FACEWRIGHT_OT_open_report(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if not actions.has_report(context.scene, context.object):
-            cls.poll_message_set("Reconstruct a face first")
+            cls.poll_message_set(say("Reconstruct a face first"))
             return False
         return True
 

@@ -19,6 +19,7 @@ from ..modal import (
 )
 from ..running import idle
 from ..scene import face_tracks
+from ..words import say
 from . import actions
 
 
@@ -165,6 +166,6 @@ def view(context: bpy.types.Context) -> bpy.types.Area | None:
 def has_motion(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
     """Whether the scene has a motion; tells the artist otherwise."""
     if actions.known(context.scene) is None:
-        operator.poll_message_set("Solve or open a motion first")
+        operator.poll_message_set(say("Solve or open a motion first"))
         return False
     return True

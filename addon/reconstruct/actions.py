@@ -21,6 +21,7 @@ from ..scene import controls, face_tracks, heads, motion_rig, portrait, track_re
 from ..scene import head as scene_head
 from ..scene.heads import NEW, Head
 from ..scene.source import Source, images, length, numbers, overlap, spans
+from ..words import say, sentence
 
 # Choices of the texture's width and height, pixels.
 TEXTURE_SIZES = (1024, 2048, 4096)
@@ -109,7 +110,7 @@ def wanted(scene: Any) -> str:
 def lost(scene: Any, wanted: str) -> list[str]:
     """What is to be said if the head that a run was to make is not there any more."""
     is_lost = wanted not in ("", NEW) and heads.of_key(_local(scene), wanted) is None
-    return ["the head that this was for is gone: it is a new one"] if is_lost else []
+    return [say("the head that this was for is gone: it is a new one")] if is_lost else []
 
 
 def write(result: Reconstruction, folder: str) -> str:
@@ -117,7 +118,7 @@ def write(result: Reconstruction, folder: str) -> str:
     try:
         result.write(folder)
     except FacewrightError as error:
-        return f"The files of the result are not written: {error}"
+        return say("The files of the result are not written: {why}", why=error)
     return ""
 
 
@@ -154,12 +155,14 @@ def present(window: Any, face: Any, glance: view.Glance) -> None:
 
 def next_step(is_new: bool) -> list[str]:
     """What to do next, where a head is new."""
-    return ["next: try an expression in the panel; Material Preview (Z) shows skin and eyes in light"] * is_new
+    if not is_new:
+        return []
+    return [say("next: try an expression in the panel; Material Preview (Z) shows skin and eyes in light")]
 
 
 def choices(scene: Any) -> list[tuple[str, str, str]]:
     """What a run can make, each with its name, label and description: a new head, or one of the scene's anew."""
-    new = (NEW.upper(), "New Head", "Make a new head, in a collection of its own")
+    new = (NEW.upper(), say("New Head"), say("Make a new head, in a collection of its own"))
     return [new, *(_choice(head) for head in _local(scene))]
 
 
@@ -211,25 +214,28 @@ def length_line(settings: Any) -> tuple[str, bool] | None:
     if count < 0 or not settings.path:
         return None
     if count == 0:
-        return "No frames there: choose a video, or a folder of pictures", False
+        return sentence("no frames there: choose a video, or a folder of pictures"), False
     first, last = (settings.first, min(settings.last, count - 1)) if settings.use_range else (0, count - 1)
     if settings.use_range and last - first < 1:
-        return f"The clip has {count} frames, 0 to {count - 1}", False
+        return say("The clip has {count} frames, 0 to {last}", count=count, last=count - 1), False
     try:
         used = last - first + 1 - len(overlap(spans(settings.left_out), first, last))
     except FacewrightError as error:
-        return str(error)[:1].upper() + str(error)[1:], False
+        return sentence(str(error)), False
     if used < 1:
-        return "Every frame is left out: take some of them in again", False
-    what = "pictures" if settings.pictures else "frames"
-    return (f"{used} of {count} {what}" if used < count else f"{count} {what}"), True
+        return sentence("every frame is left out: take some of them in again"), False
+    if used < count:
+        text = "{used} of {count} pictures" if settings.pictures else "{used} of {count} frames"
+    else:
+        text = "{count} pictures" if settings.pictures else "{count} frames"
+    return say(text, used=used, count=count), True
 
 
 def _choice(head: Head) -> tuple[str, str, str]:
     if head.skin is None:
-        return head.name, f"{head.name} Anew", "Make this head again: its skin was deleted"
-    about = "Update this head: its shape keys keep their values and animation, its materials their nodes"
-    return head.name, f"Update {head.title}", about
+        return head.name, say("{head} Anew", head=head.name), say("Make this head again: its skin was deleted")
+    about = say("Update this head: its shape keys keep their values and animation, its materials their nodes")
+    return head.name, say("Update {head}", head=head.title), about
 
 
 def _local(scene: Any) -> list[Head]:
@@ -249,8 +255,8 @@ def report(scene: Any, active: Any) -> tuple[str, str] | None:
 def markers_complaint(path: str, method: Method) -> str:
     """Why the markers of a clip cannot be used; empty if they can."""
     if method != "default":
-        return "the method Paper does its own tracking: choose Default to use markers"
-    return "" if path and face_tracks.of_file(path) is not None else NO_MARKERS
+        return say("the method Paper does its own tracking: choose Default to use markers")
+    return "" if path and face_tracks.of_file(path) is not None else say(NO_MARKERS)
 
 
 def any_markers() -> bool:
@@ -268,7 +274,7 @@ def markers(path: str) -> Tracks:
 
 def report_lines(text: str) -> list[str]:
     """A report in a few lines for the panel."""
-    return report_summary(parse_report(text))
+    return report_summary(parse_report(text), say)
 
 
 def quality(text: str) -> tuple[str, str] | None:
@@ -277,15 +283,15 @@ def quality(text: str) -> tuple[str, str] | None:
     if found is None:
         return None
     if found.verdict == "good":
-        return "Good: every measure is as usual", "COLORSET_03_VEC"
+        return say("Good: every measure is as usual"), "COLORSET_03_VEC"
     names = ", ".join(measure.name.replace("_", " ") for measure in found.unusual)
-    return f"Look at it: {names}", "COLORSET_09_VEC"
+    return say("Look at it: {measures}", measures=names), "COLORSET_09_VEC"
 
 
 def kept(face: Any) -> list[str]:
     """What of an artist's the last run on a head kept, as one sentence; none where that is nothing."""
     found = scene_head.kept(face)
-    return [f"kept: {', '.join(found)}"] if found else []
+    return [say("kept: {things}", things=", ".join(found))] if found else []
 
 
 def shown_kept(scene: Any, active: Any) -> list[str]:

@@ -14,6 +14,7 @@ from ..scene import heads
 from ..scene.growing import Growing
 from ..scene.source import source_of
 from ..scene.view import Glance
+from ..words import say
 from . import actions
 
 
@@ -44,7 +45,7 @@ class FACEWRIGHT_OT_reconstruct(WorkOperator, bpy.types.Operator):
         if not in_object_mode(cls, context):
             return False
         if not context.scene.facewright_clip.path:
-            cls.poll_message_set("Choose a clip first")
+            cls.poll_message_set(say("Choose a clip first"))
             return False
         return idle(cls)
 

@@ -6,6 +6,7 @@ from ..clip.operators import FACEWRIGHT_OT_open_clip
 from ..help.operators import FACEWRIGHT_OT_open_report
 from ..modal import draw_pupils
 from ..running import Running, draw_progress, draw_said, draw_text
+from ..words import sentence
 from . import actions
 from .operators import FACEWRIGHT_OT_reconstruct
 
@@ -70,7 +71,7 @@ class FACEWRIGHT_PT_advanced(Side, bpy.types.Panel):
         row.active = not complaint
         row.prop(clip, "use_markers")
         if complaint:
-            draw_text(layout, context, complaint[:1].upper() + complaint[1:], icon="INFO")
+            draw_text(layout, context, sentence(complaint), icon="INFO")
 
 
 class FACEWRIGHT_PT_report(Side, bpy.types.Panel):
@@ -93,9 +94,9 @@ class FACEWRIGHT_PT_report(Side, bpy.types.Panel):
         for line in actions.report_lines(text):
             draw_text(column, context, line)
         for said in actions.shown_kept(context.scene, context.object):
-            draw_text(self.layout, context, said[:1].upper() + said[1:], icon="INFO")
+            draw_text(self.layout, context, sentence(said), icon="INFO")
         for warning in actions.warnings(text):
-            draw_text(self.layout, context, warning[:1].upper() + warning[1:], icon="ERROR")
+            draw_text(self.layout, context, sentence(warning), icon="ERROR")
         self.layout.operator(FACEWRIGHT_OT_open_report.bl_idname, icon="TEXT")
 
 

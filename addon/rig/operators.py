@@ -8,6 +8,7 @@ from ..jobs import Work
 from ..modal import OpenOperator, Result, SaveOperator, WorkOperator, reported, saved_as
 from ..options import BLEND_RELATIVE
 from ..running import idle
+from ..words import say
 from . import actions
 
 
@@ -44,7 +45,7 @@ class FACEWRIGHT_OT_remove_rig_folder(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if not context.scene.facewright_rig.folders:
-            cls.poll_message_set("The list has no cameras")
+            cls.poll_message_set(say("The list has no cameras"))
             return False
         return True
 
@@ -66,7 +67,7 @@ class FACEWRIGHT_OT_calibrate_rig(WorkOperator, bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if len(context.scene.facewright_rig.folders) < actions.FEWEST:
-            cls.poll_message_set("First add the folders of two or more cameras")
+            cls.poll_message_set(say("First add the folders of two or more cameras"))
             return False
         return idle(cls)
 
@@ -116,7 +117,7 @@ class FACEWRIGHT_OT_forget_rig(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if not context.scene.facewright_rig.text:
-            cls.poll_message_set("The scene has no rig to forget")
+            cls.poll_message_set(say("The scene has no rig to forget"))
             return False
         return True
 
@@ -150,6 +151,6 @@ class FACEWRIGHT_OT_choose_rig_camera(bpy.types.Operator):
 def has_rig(operator: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
     """Whether a rig is known; tells the artist otherwise."""
     if actions.known(context.scene.facewright_rig.text) is None:
-        operator.poll_message_set("Calibrate or open a rig first")
+        operator.poll_message_set(say("Calibrate or open a rig first"))
         return False
     return True

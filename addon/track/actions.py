@@ -10,6 +10,7 @@ from ..scene import camera as scene_camera
 from ..scene import face_tracks, footage, track_reading, video
 from ..scene.face_tracks import Outcome
 from ..scene.footage import Footage
+from ..words import say
 
 
 @dataclass(frozen=True)
@@ -57,11 +58,11 @@ def camera_line(text: str, clip: Any) -> tuple[str, bool]:
     try:
         camera = parse_camera(text) if text else None
     except FacewrightError as error:
-        return f"The camera cannot be used: {error}", True
+        return say("The camera cannot be used: {why}", why=error), True
     if camera is None:
-        return "Not calibrated: the focal length is estimated", False
+        return say("Not calibrated: the focal length is estimated"), False
     complaint = scene_camera.complaint(camera, clip.name, footage.clip_size(clip))
-    return complaint or f"Calibrated camera, focal {camera.fx:.1f} px", bool(complaint)
+    return complaint or say("Calibrated camera, focal {focal} px", focal=f"{camera.fx:.1f}"), bool(complaint)
 
 
 def _tracked(source: Footage, settings: Settings) -> Work[Tracks]:
@@ -80,18 +81,24 @@ def place(clip: Any, tracks: Tracks) -> str:
     whole = footage.of_clip(clip)
     outcome = face_tracks.place(clip, tracks, whole)
     used = sum(frame.used for frame in tracks.frames)
-    parts = [f"{outcome.written} tracks in {used} of {len(tracks.frames)} frames", *_kept(outcome)]
+    count, frames = outcome.written, len(tracks.frames)
+    said = say("{count} tracks in {used} of {frames} frames", count=count, used=used, frames=frames)
+    parts = [said, *_kept(outcome)]
     if outcome.doubled:
-        parts.append(f"{outcome.doubled} new ones left out as duplicates")
+        parts.append(say("{count} new ones left out as duplicates", count=outcome.doubled))
     if outcome.aside:
-        parts.append(f"{outcome.aside} stays for its plane tracks")
+        parts.append(say("{name} stays for its plane tracks", name=outcome.aside))
     return "; ".join(parts)
 
 
 def _kept(outcome: Outcome) -> list[str]:
-    kinds = ((outcome.own, "your own"), (outcome.locked, "locked"), (outcome.edited, "edited"))
-    kept = [f"{count} {kind}" for count, kind in kinds if count]
-    return [f"kept: {', '.join(kept)}"] if kept else []
+    kinds = (
+        (outcome.own, say("{count} your own")),
+        (outcome.locked, say("{count} locked")),
+        (outcome.edited, say("{count} edited")),
+    )
+    kept = [kind.format(count=count) for count, kind in kinds if count]
+    return [say("kept: {things}", things=", ".join(kept))] if kept else []
 
 
 def read(clip: Any) -> Tracks:
@@ -114,7 +121,7 @@ def open_file(path: str, clip: Any) -> str:
 def remove(clip: Any) -> str:
     """Take our tracks out of a clip; gives the message."""
     outcome = face_tracks.remove(clip)
-    return "; ".join([f"{outcome.written} tracks removed", *_kept(outcome)])
+    return "; ".join([say("{count} tracks removed", count=outcome.written), *_kept(outcome)])
 
 
 def summary(clip: Any) -> list[str]:
@@ -123,8 +130,9 @@ def summary(clip: Any) -> list[str]:
     if counted is None:
         return []
     ours, own, locked = counted
-    more = [f"{count} {kind}" for count, kind in ((own, "of your own"), (locked, "locked")) if count]
-    return [f"{ours} tracks of the face", *([", ".join(more)] if more else [])]
+    kinds = ((own, say("{count} of your own")), (locked, say("{count} locked")))
+    more = [kind.format(count=count) for count, kind in kinds if count]
+    return [say("{count} tracks of the face", count=ours), *([", ".join(more)] if more else [])]
 
 
 def save_text(path: str, tracks: Tracks) -> list[str]:

@@ -3,6 +3,7 @@
 import bpy
 
 from ..running import Running, draw_progress, draw_said, draw_text
+from ..words import say
 from . import actions
 from .operators import (
     FACEWRIGHT_OT_open_tracks,
@@ -82,7 +83,7 @@ class FACEWRIGHT_PT_tracks(Side, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         lines = self.layout.column(align=True)
-        for line in actions.summary(context.space_data.clip) or ["The face is not tracked yet"]:
+        for line in actions.summary(context.space_data.clip) or [say("The face is not tracked yet")]:
             draw_text(lines, context, line)
         row = self.layout.row(align=True)
         row.operator(FACEWRIGHT_OT_open_tracks.bl_idname, text="Open…")

@@ -2,6 +2,7 @@
 
 import ast
 import importlib
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +13,7 @@ from conftest import PACKAGE, ROOT
 # Keywords of Blender's layouts, and our functions, whose texts are shown.
 SHOWN = {"text", "heading", "placeholder"}
 # And functions of ours and Blender's that show one of their arguments: which one.
-PLACED = {"draw_text": 2, "poll_message_set": 0, "FacewrightError": 0}
+PLACED = {"draw_text": 2, "poll_message_set": 0, "FacewrightError": 0, "say": 0, "sentence": 0}
 
 
 @dataclass(frozen=True)
@@ -80,13 +81,39 @@ def is_named(prop: Any) -> bool:
 
 
 def drawn() -> list[Word]:
-    """Texts that stand in the code as they are: of panels and menus, reasons of grey buttons, errors."""
+    """Texts that stand in the code, with braces for what is put in: of panels, reasons of grey buttons, errors."""
     found = []
     for path in sorted((ROOT / "addon").rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        module = ast.parse(path.read_text(encoding="utf-8"))
+        named = _named(module)
+        for node in ast.walk(module):
             for value in _shown(node) if isinstance(node, ast.Call) else ():
-                found += [Word(text, "*", f"{path.relative_to(ROOT)}:{value.lineno}") for text in _texts(value)]
+                place = f"{path.relative_to(ROOT)}:{value.lineno}"
+                found += [Word(text, "*", place) for text in _texts(value, named)]
     return [word for word in found if word.text.strip()]
+
+
+def looked_up() -> list[Word]:
+    """Texts that the code takes from tables, or from the library, and shows in the user's language."""
+    tables = {
+        "engine.report": lambda module: module.NOT_NEEDED.values(),
+        "help.actions": lambda module: (*module.NO_CLIP, *module.MADE_OF_CLIP),
+        "calibrate.panel": lambda module: module.HEADINGS,
+        "scene.keys": lambda module: (*module.GROUPS, module.OTHER),
+        "delivery": lambda module: (module.DRAGGED, module.RENDERED),
+        "running": lambda module: (module.STARTING.stage,),
+    }
+    found = []
+    for name, texts in tables.items():
+        found += [Word(text, "*", name) for text in texts(importlib.import_module(f"{PACKAGE}.{name}"))]
+    for source in sorted((ROOT / "rust" / "facewright" / "src").rglob("*.rs")):
+        stages = re.findall(r'\.stage\("([^"]+)"\)', source.read_text(encoding="utf-8"))
+        found += [Word(stage, "*", str(source.relative_to(ROOT))) for stage in stages]
+    expressions = (
+        (ROOT / "rust" / "head" / "src" / "expressions.rs").read_text(encoding="utf-8").split("#[cfg(test)]")[0]
+    )
+    names = ["neutral", *re.findall(r'name: "([^"]+)"', expressions)]
+    return [*found, *(Word(name.capitalize(), "Operator", "expressions.rs") for name in names)]
 
 
 def _shown(call: ast.Call) -> list[ast.expr]:
@@ -96,8 +123,20 @@ def _shown(call: ast.Call) -> list[ast.expr]:
     return [*call.args[place : place + 1], *(keyword.value for keyword in call.keywords if keyword.arg in SHOWN)]
 
 
-def _texts(value: ast.expr) -> list[str]:
+def _named(module: ast.Module) -> dict[str, list[ast.expr]]:
+    """What is assigned to the constants of a module, and to the variables of its functions, by name."""
+    named: dict[str, list[ast.expr]] = {}
+    for node in ast.walk(module):
+        for target in node.targets if isinstance(node, ast.Assign) else ():
+            if isinstance(target, ast.Name):
+                named.setdefault(target.id, []).append(node.value)
+    return named
+
+
+def _texts(value: ast.expr, named: dict[str, list[ast.expr]]) -> list[str]:
     """The texts of an expression: of both sides of a choice, and of none that is put together."""
     if isinstance(value, ast.IfExp):
-        return [*_texts(value.body), *_texts(value.orelse)]
+        return [*_texts(value.body, named), *_texts(value.orelse, named)]
+    if isinstance(value, ast.Name):
+        return [text for assigned in named.get(value.id, []) for text in _texts(assigned, {})]
     return [value.value] if isinstance(value, ast.Constant) and isinstance(value.value, str) else []
