@@ -1,4 +1,4 @@
-"""Options of properties that Blender's versions call differently."""
+"""Options of properties that Blender's versions call differently, and that many of ours have."""
 
 import bpy
 
@@ -8,3 +8,6 @@ BLEND_RELATIVE: set[str] = (
     if "is_path_supports_blend_relative" in bpy.types.Property.bl_rna.properties
     else set()
 )
+
+# The context of texts that Blender has translated for something else: paper to write on, expressions that are computed.
+OURS = "Facewright"

@@ -7,6 +7,7 @@ import bpy
 
 from ..engine import FacewrightError
 from ..modal import Result
+from ..options import OURS
 from ..words import say
 from . import actions
 from .options import Blended
@@ -76,7 +77,10 @@ class FACEWRIGHT_OT_expression(OnFace, Keyed, Blended, bpy.types.Operator):
     bl_label = "Expression"
 
     name: bpy.props.StringProperty(
-        name="Expression", description="Name of the expression, such as happiness", default=actions.NEUTRAL
+        name="Expression",
+        translation_context=OURS,
+        description="Name of the expression, such as happiness",
+        default=actions.NEUTRAL,
     )
 
     def work(self, scene: bpy.types.Scene, skin: bpy.types.Object) -> str:

@@ -2,6 +2,7 @@
 
 import bpy
 
+from ..options import OURS
 from ..running import draw_text
 from ..words import say, sentence
 from . import actions
@@ -52,6 +53,7 @@ class FACEWRIGHT_PT_expressions(Side, bpy.types.Panel):
 
 class FACEWRIGHT_PT_keys(Side, bpy.types.Panel):
     bl_label = "Keys"
+    bl_translation_context = OURS
     bl_parent_id = "FACEWRIGHT_PT_expressions"
     bl_options = {"DEFAULT_CLOSED"}
 

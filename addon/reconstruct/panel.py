@@ -5,6 +5,7 @@ import bpy
 from ..clip.operators import FACEWRIGHT_OT_open_clip
 from ..help.operators import FACEWRIGHT_OT_open_report
 from ..modal import draw_pupils
+from ..options import OURS
 from ..running import Running, draw_progress, draw_said, draw_text
 from ..words import sentence
 from . import actions
@@ -76,6 +77,7 @@ class FACEWRIGHT_PT_advanced(Side, bpy.types.Panel):
 
 class FACEWRIGHT_PT_report(Side, bpy.types.Panel):
     bl_label = "Report"
+    bl_translation_context = OURS
     bl_order = 2
 
     @classmethod

@@ -6,7 +6,7 @@ import bpy
 
 from ..clip.actions import look_soon, set_shown, shown_number
 from ..clip.options import CLICKS
-from ..options import BLEND_RELATIVE
+from ..options import BLEND_RELATIVE, OURS
 from . import actions
 
 # Blender keeps no text of a choice that Python has forgotten.
@@ -37,6 +37,7 @@ class FacewrightClip(bpy.types.PropertyGroup):
 
     path: bpy.props.StringProperty(
         name="Clip",
+        translation_context=OURS,
         description="A video, a folder of frames, or the first image of a sequence",
         subtype="FILE_PATH",
         options=BLEND_RELATIVE,
@@ -87,6 +88,7 @@ class FacewrightClip(bpy.types.PropertyGroup):
     )
     method: bpy.props.EnumProperty(
         name="Method",
+        translation_context=OURS,
         description="Chain of steps by which the head is made",
         items=[
             ("default", "Default", "All frames, a statistical head model, evened lighting"),

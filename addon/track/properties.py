@@ -2,6 +2,8 @@
 
 import bpy
 
+from ..options import OURS
+
 
 class FacewrightTrack(bpy.types.PropertyGroup):
     """How the points of a face are tracked."""
@@ -28,6 +30,7 @@ class FacewrightTrack(bpy.types.PropertyGroup):
     )
     method: bpy.props.EnumProperty(
         name="Method",
+        translation_context=OURS,
         description="Chain of steps by which points are tracked",
         items=[
             ("default", "Default", "Patches warped with the head, over the whole clip"),

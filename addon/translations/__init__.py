@@ -2,12 +2,14 @@
 
 import bpy
 
+from ..options import OURS
 from . import de, fr, ja, zh_HANS
 
 # By the names that Blender has for languages; what it has for a country takes the language's.
 LANGUAGES = {"de": de.TEXTS, "fr": fr.TEXTS, "ja": ja.TEXTS, "zh_HANS": zh_HANS.TEXTS}
-# Blender looks texts of buttons up in a context of their own; with us a text means the same on a button and elsewhere.
-CONTEXTS = (bpy.app.translations.contexts.default, bpy.app.translations.contexts.operator_default)
+# Blender looks texts of buttons up in a context of their own, and prefers its translations to ours: some texts have our
+# own context. With us a text means the same on a button and elsewhere.
+CONTEXTS = (bpy.app.translations.contexts.default, bpy.app.translations.contexts.operator_default, OURS)
 
 
 def register() -> None:

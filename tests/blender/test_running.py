@@ -60,7 +60,7 @@ def test_the_bar_counts_steps_and_never_falls(running: Any) -> None:
     assert running.Running.progress.fraction == 0.5
     assert running.bar_text(running.Running.progress) == "8 of 8: Texture: fill"
     assert running.bar_text(progress("calibrate", 0.1)) == "Calibrate"
-    assert running.time_left(12.2) == "13 s left, " and running.time_left(None) == ""
+    assert running.time_left(12.2) == "13 s left, Esc cancels" and running.time_left(None) == "Esc cancels"
 
 
 def test_a_job_s_shapes_are_told_once_each() -> None:

@@ -140,7 +140,7 @@ def test_blender_shows_them(language: str, speak: Callable[[str], None]) -> None
         if word.text in texts and (word.context, word.text) not in own:
             assert pgettext(word.text, word.context) == texts[word.text], word
     settings, layout = bpy.context.scene.facewright_clip, bpy.types.UILayout
-    assert layout.enum_item_name(settings, "click", "OUT") == texts["Leave Out"]
+    assert layout.enum_item_name(settings, "method", "paper") == texts["Paper"]
     about = texts["The steps of Liang, Pan, Chen 2004"]
     assert layout.enum_item_description(settings, "method", "paper") == about
     assert module("running").time_left(None) == texts["Esc cancels"]

@@ -12,7 +12,7 @@ FILES = sorted(p for p in ADDON.rglob("*.py") if "__pycache__" not in p.parts)
 
 # What a module of a kind may import of the add-on itself.
 ALLOWED = {
-    "panel": {"operators", "actions", "scene", "modal", "running", "words"},
+    "panel": {"operators", "actions", "options", "scene", "modal", "running", "words"},
     "operators": {"actions", "options", "scene", "engine", "jobs", "modal", "running", "delivery", "words"},
     "actions": {"scene", "engine", "jobs", "preferred", "words"},
     "properties": {"actions", "options"},
