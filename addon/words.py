@@ -2,7 +2,9 @@
 
 from typing import Any
 
-from bpy.app.translations import pgettext_iface
+import bpy
+
+pgettext_iface = bpy.app.translations.pgettext_iface
 
 
 def say(text: str, **given: Any) -> str:

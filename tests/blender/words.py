@@ -106,8 +106,9 @@ def looked_up() -> list[Word]:
     found = []
     for name, texts in tables.items():
         found += [Word(text, "*", name) for text in texts(importlib.import_module(f"{PACKAGE}.{name}"))]
-    for source in sorted((ROOT / "rust" / "facewright" / "src").rglob("*.rs")):
-        stages = re.findall(r'\.stage\("([^"]+)"\)', source.read_text(encoding="utf-8"))
+    for source in sorted((ROOT / "rust").glob("*/src/**/*.rs")):
+        code, _, _ = source.read_text(encoding="utf-8").partition("#[cfg(test)]")
+        stages = re.findall(r'\.stage\("([^"]+)"\)', code)
         found += [Word(stage, "*", str(source.relative_to(ROOT))) for stage in stages]
     expressions = (
         (ROOT / "rust" / "head" / "src" / "expressions.rs").read_text(encoding="utf-8").split("#[cfg(test)]")[0]
@@ -127,9 +128,10 @@ def _named(module: ast.Module) -> dict[str, list[ast.expr]]:
     """What is assigned to the constants of a module, and to the variables of its functions, by name."""
     named: dict[str, list[ast.expr]] = {}
     for node in ast.walk(module):
-        for target in node.targets if isinstance(node, ast.Assign) else ():
-            if isinstance(target, ast.Name):
-                named.setdefault(target.id, []).append(node.value)
+        if isinstance(node, ast.Assign):
+            for target in node.targets:
+                if isinstance(target, ast.Name):
+                    named.setdefault(target.id, []).append(node.value)
     return named
 
 
