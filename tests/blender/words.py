@@ -107,7 +107,7 @@ def looked_up() -> list[Word]:
     for name, texts in tables.items():
         found += [Word(text, "*", name) for text in texts(importlib.import_module(f"{PACKAGE}.{name}"))]
     for source in sorted((ROOT / "rust").glob("*/src/**/*.rs")):
-        code, _, _ = source.read_text(encoding="utf-8").partition("#[cfg(test)]")
+        code, _, _ = source.read_text(encoding="utf-8").partition("#[cfg(test)]\nmod tests {")
         stages = re.findall(r'\.stage\("([^"]+)"\)', code)
         found += [Word(stage, "*", str(source.relative_to(ROOT))) for stage in stages]
     expressions = (
