@@ -18,14 +18,15 @@ def remember(path: str, names: tuple[str, ...] = ()) -> None:
     """Put a clip before the others. A folder that cannot be written to is no reason to stop."""
     clips = [(path, names), *(clip for clip in recent() if clip != (path, names))][:MOST]
     try:
-        _file(create=True).write_text(json.dumps([{"path": path, "pictures": names} for path, names in clips]))
+        kept = json.dumps([{"path": path, "pictures": names} for path, names in clips])
+        _file(create=True).write_text(kept, encoding="utf-8")
     except OSError:
         return
 
 
 def _read() -> list[tuple[str, tuple[str, ...]]]:
     try:
-        found = json.loads(_file().read_text())
+        found = json.loads(_file().read_text(encoding="utf-8"))
         return [(str(clip["path"]), tuple(map(str, clip["pictures"]))) for clip in found]
     # Whatever somebody else wrote there.
     except (OSError, ValueError, TypeError, KeyError):
