@@ -13,6 +13,7 @@ import bpy
 from ..engine import FacewrightError
 from . import unkeyed
 from .export_copy import Copy
+from .export_glb import put_skinned_at_root
 
 # Formats by their endings.
 FORMATS = {
@@ -108,7 +109,7 @@ def _call(kind: str, **options: Any) -> set[str]:
 def _gltf(path: str, copy: Copy, animated: bool) -> set[str]:
     with _shown(copy.scene):
         _write_back(copy.scene)
-        return _call(
+        written = _call(
             "glTF",
             filepath=path,
             export_format="GLB",
@@ -122,6 +123,9 @@ def _gltf(path: str, copy: Copy, animated: bool) -> set[str]:
             export_yup=True,
             check_existing=False,
         )
+    if "FINISHED" in written:
+        put_skinned_at_root(Path(path))
+    return written
 
 
 def _fbx(path: str, copy: Copy, animated: bool) -> set[str]:

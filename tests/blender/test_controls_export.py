@@ -98,6 +98,16 @@ def test_khronos_validator_has_nothing_against_a_head_with_bones(face: bpy.types
     assert said.returncode == 0 and "1 passed, 0 failed" in said.stdout, said.stdout + said.stderr
 
 
+def test_joints_alone_place_the_meshes_of_a_glb(face: bpy.types.Object, tmp_path: Path) -> None:
+    content = export(tmp_path / "head.glb").read_bytes()
+    length = int.from_bytes(content[12:16], "little")
+    tree = json.loads(content[20 : 20 + length])
+    skinned = {number for number, node in enumerate(tree["nodes"]) if "skin" in node}
+    carried = {child for node in tree["nodes"] for child in node.get("children", ())}
+    assert len(skinned) == len(PARTS) and not skinned & carried and skinned <= set(tree["scenes"][0]["nodes"])
+    assert int.from_bytes(content[8:12], "little") == len(content) and length % 4 == 0
+
+
 @pytest.mark.parametrize("suffix", READERS)
 def test_a_still_head_has_its_unkeyed_pose(face: bpy.types.Object, tmp_path: Path, suffix: str) -> None:
     bone(face, "head").rotation_euler[1] = 0.5
