@@ -10,8 +10,9 @@ from .delivery import busy_with, leave_modes, scene_of
 from .engine import Cancelled, FacewrightError
 from .jobs import POLL_SECONDS, Work, wait
 from .options import BLEND_RELATIVE
-from .running import STARTING, Running, Said, redraw
+from .running import STARTING, Running, Said
 from .scene import face_tracks
+from .scene.view import redraw
 from .words import say
 
 Result = set[str]
@@ -94,7 +95,7 @@ class WorkOperator:
         Running.advance(progress)
         if progress.sketch is not None:
             self.show(context, progress.sketch)
-        redraw(context)
+        redraw()
         return {"RUNNING_MODAL"}
 
     def _deliver(self, context: bpy.types.Context) -> Result:
@@ -102,7 +103,7 @@ class WorkOperator:
         assert self._given is not None
         if busy := busy_with(context):
             Running.advance(STARTING._replace(stage=busy, fraction=1.0))
-            redraw(context)
+            redraw()
             return {"RUNNING_MODAL"}
         (given,) = self._given
         self._end(context, cancelled=False)
@@ -134,7 +135,7 @@ class WorkOperator:
         work, self._work = self._work, None
         if work is not None:
             work.close()
-        redraw(context)
+        redraw()
 
 
 class FileOperator:

@@ -7,10 +7,9 @@ from typing import ClassVar, NamedTuple
 import bpy
 
 from .engine import Progress
+from .scene.view import redraw
 from .words import say, sentence
 
-# Editors with a side bar of ours.
-SIDE_BARS = {"VIEW_3D", "CLIP_EDITOR"}
 # Of a side bar at scale 1: what tabs and frames take, what an icon takes, and the mean width of a letter.
 SIDE_BAR_MARGIN_PX = 70
 ICON_PX = 20
@@ -73,13 +72,6 @@ def idle(operator: type[bpy.types.Operator]) -> bool:
     return True
 
 
-def redraw(context: bpy.types.Context) -> None:
-    """Draw the editors with our side bars again."""
-    for area in context.screen.areas if context.screen else []:
-        if area.type in SIDE_BARS:
-            area.tag_redraw()
-
-
 def draw_progress(layout: bpy.types.UILayout) -> None:
     """What runs, as a bar with its present step, and the time left."""
     progress = Running.progress
@@ -132,7 +124,7 @@ class FACEWRIGHT_OT_dismiss(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         Running.said = {operator: said for operator, said in Running.said.items() if operator.__name__ != self.work}
-        redraw(context)
+        redraw()
         return {"FINISHED"}
 
 

@@ -8,7 +8,7 @@ import bpy
 
 from ..engine import FacewrightError, pictures_in, survey
 from ..jobs import POLL_SECONDS, Work, watch
-from ..scene import footage, recent_clips, source, strips, video
+from ..scene import footage, recent_clips, source, strips, video, view
 from ..scene.source import Source, source_of
 from ..scene.strips import Key, Strip
 from ..words import say
@@ -95,20 +95,13 @@ def _looks(frames: Source, camera: str | None, key: Key) -> Iterator[float]:
     except StopIteration as end:
         keep(frames, end.value)
     except FacewrightError:
+        # Nobody has asked: the button that asks says what is wrong.
         pass
     finally:
         work.close()
         if _looking == [key]:
             _looking.clear()
-        redraw()
-
-
-def redraw() -> None:
-    """Draw the side bars of 3D views again."""
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                area.tag_redraw()
+        view.redraw()
 
 
 def stop_looking() -> None:

@@ -8,11 +8,12 @@ from ..engine import FacewrightError
 from ..jobs import Work
 from ..modal import Result, WorkOperator, reported
 from ..options import BLEND_RELATIVE
-from ..running import idle, redraw
+from ..running import idle
 from ..scene.footage import PICTURES
 from ..scene.source import Source, source_of
 from ..scene.strips import Strip
 from ..scene.video import VIDEOS
+from ..scene.view import redraw
 from ..words import say
 from . import actions
 from .options import CLICKS
@@ -51,7 +52,7 @@ class FACEWRIGHT_OT_survey(WorkOperator, bpy.types.Operator):
     def finish(self, context: bpy.types.Context, result: Strip) -> str:
         assert self._frames is not None, "start has set it"
         actions.keep(self._frames, result)
-        redraw(context)
+        redraw()
         survey = result.part(source_of(context.scene.facewright_clip))
         return "; ".join([*survey.summary, *(sentence for _, sentence in survey.findings)])
 

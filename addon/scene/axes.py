@@ -21,11 +21,6 @@ def to_blender(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.ascontiguousarray(np.stack([vectors[..., 0], -vectors[..., 2], vectors[..., 1]], axis=-1), np.float32)
 
 
-def from_blender(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(…, 3) vectors in Blender's axes in the head frame."""
-    return np.ascontiguousarray(np.stack([vectors[..., 0], vectors[..., 2], -vectors[..., 1]], axis=-1), np.float32)
-
-
 def below_camera(cam_from_object: NDArray[np.float64]) -> NDArray[np.float64]:
     """(…, 4, 4) poses before the library's camera as transforms of children of Blender's camera object."""
     return np.diag([1.0, -1.0, -1.0, 1.0]) @ cam_from_object

@@ -11,10 +11,20 @@ from mathutils import Euler, Quaternion, Vector
 
 from .axes import FORWARD
 
+# Editors with a side bar of ours.
+SIDE_BARS = {"VIEW_3D", "CLIP_EDITOR"}
 # Distance of a view from what it shows, in sizes of that.
 DISTANCE = 2.5
 # A new face is seen from so far above its front, and so far from its own left: both cheeks show, and the nose's form.
 ABOVE, ASIDE = radians(10.0), radians(20.0)
+
+
+def redraw() -> None:
+    """Draw the editors with our side bars again, in all windows."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type in SIDE_BARS:
+                area.tag_redraw()
 
 
 def present(window: bpy.types.Window) -> None:
