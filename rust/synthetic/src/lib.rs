@@ -3,6 +3,7 @@
 //! # Entry points
 //! - [`Scene::turning_head`]: a head-like cloud of points turning in front of a still camera, with noise, wrong matches and a
 //!   background that stands still.
+//! - [`Skin`]: pictures of a round piece of skin with a known relief.
 //! - [`Random`]: a small seeded generator, uniform and normal.
 //!
 //! # Conventions
@@ -12,6 +13,8 @@
 
 mod noise;
 mod scene;
+mod skin;
 
 pub use noise::Random;
 pub use scene::{Observation, Scene, SceneOptions, head_from_turn, head_normal, head_radius, head_surface};
+pub use skin::{Skin, SkinOptions};
