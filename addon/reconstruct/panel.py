@@ -55,6 +55,9 @@ class FACEWRIGHT_PT_advanced(Side, bpy.types.Panel):
         layout.use_property_split, layout.use_property_decorate = True, False
         layout.prop(clip, "method")
         layout.prop(clip, "texture_size")
+        dense = layout.row()
+        dense.active = clip.method == "default"
+        dense.prop(clip, "dense")
         draw_pupils(layout, context.scene.facewright_person)
         layout.prop(clip, "use_face")
         if clip.use_face:

@@ -105,6 +105,11 @@ class FacewrightClip(bpy.types.PropertyGroup):
     )
     # That size where it was chosen, else 0.
     texture_px: bpy.props.IntProperty(default=0, options={"HIDDEN"})
+    dense: bpy.props.BoolProperty(
+        name="Dense Surface",
+        description="Measure the skin between its points in the frames; only with the method Default",
+        default=True,
+    )
     use_face: bpy.props.BoolProperty(
         name="Choose the Face",
         description="Of several faces, follow the one nearest to a pixel instead of the largest one that turns",

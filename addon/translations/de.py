@@ -172,6 +172,8 @@ TEXTS = {
     "The steps of Liang, Pan, Chen 2004": "Die Schritte von Liang, Pan, Chen 2004",
     "Texture": "Textur",
     "Width and height of the skin's texture, pixels; unless chosen here, that of the preferences": "Breite und Höhe der Hauttextur, in Pixeln; wenn hier nicht gewählt, die der Einstellungen",
+    "Dense Surface": "Dichte Oberfläche",
+    "Measure the skin between its points in the frames; only with the method Default": "Die Haut zwischen ihren Punkten in den Frames messen; nur mit der Methode „Vorgabe“",
     "1024 px": "1024 px",
     "2048 px": "2048 px",
     "4096 px": "4096 px",

@@ -116,6 +116,8 @@ TEXTS = {
     "The steps of Liang, Pan, Chen 2004": "Les étapes de Liang, Pan, Chen 2004",
     "Texture": "Texture",
     "Width and height of the skin's texture, pixels; unless chosen here, that of the preferences": "Largeur et hauteur de la texture de la peau, en pixels ; sauf choix ici, celle des préférences",
+    "Dense Surface": "Surface dense",
+    "Measure the skin between its points in the frames; only with the method Default": "Mesurer la peau entre ses points dans les images ; seulement avec la méthode « Par défaut »",
     "1024 px": "1024 px",
     "2048 px": "2048 px",
     "4096 px": "4096 px",

@@ -112,6 +112,8 @@ TEXTS = {
     "The steps of Liang, Pan, Chen 2004": "Liang, Pan, Chen 2004 の手順",
     "Texture": "テクスチャ",
     "Width and height of the skin's texture, pixels; unless chosen here, that of the preferences": "肌のテクスチャの幅と高さ（ピクセル）。ここで選ばない場合はプリファレンスの値",
+    "Dense Surface": "密なサーフェス",
+    "Measure the skin between its points in the frames; only with the method Default": "点の間の肌をフレームから計測します。方式「デフォルト」の場合のみ",
     "1024 px": "1024 px",
     "2048 px": "2048 px",
     "4096 px": "4096 px",

@@ -112,6 +112,8 @@ TEXTS = {
     "The steps of Liang, Pan, Chen 2004": "Liang、Pan、Chen 2004 的步骤",
     "Texture": "纹理",
     "Width and height of the skin's texture, pixels; unless chosen here, that of the preferences": "皮肤纹理的宽度和高度，像素；未在此选择时使用偏好设置中的值",
+    "Dense Surface": "密集表面",
+    "Measure the skin between its points in the frames; only with the method Default": "在各帧中测量点与点之间的皮肤；仅用于“默认”方法",
     "1024 px": "1024 px",
     "2048 px": "2048 px",
     "4096 px": "4096 px",

@@ -75,13 +75,14 @@ pub use files::{check_folder, write_drawing, write_json, write_text};
 pub use formats::Schema;
 pub use frames::{Frame, FrameSet, RigFrames, pictures_in, video_size};
 pub use given::Given;
+pub use head::SurfaceTruth;
 pub use method::Method;
 pub use on_rig::reconstruct_on_rig;
 pub use reason::ReasonKind;
 pub use reconstruct::{ReconstructOptions, generic_head, reconstruct, reconstruct_steps};
 pub use result::{
-    Bounds, FitReport, FrameReport, Measure, Quality, Reconstruction, Report, ReportCamera, Scale, TextureReport,
-    Verdict, overlay, overlay_on_rig,
+    Bounds, DenseReport, FitReport, FrameReport, Measure, Quality, Reconstruction, Relief, Report, ReportCamera, Scale,
+    TextureReport, Verdict, overlay, overlay_on_rig,
 };
 pub use size::{KnownLength, SizeOptions};
 pub use survey::{Finding, FindingKind, Survey, SurveyedFace, SurveyedFrame, survey};

@@ -4,7 +4,7 @@
 use crate::camera::{contradicted_exif, part_of_picture, starting_camera};
 use crate::clock::Clock;
 use crate::faces::{Clip, Known, KnownHead, median};
-use crate::head::{Measured, MeasuredFrame, eyes, paper, rest, shape};
+use crate::head::{Measured, MeasuredFrame, dense, eyes, paper, rest, shape};
 use crate::judge::{Judged, because, judge};
 use crate::motion::{Rig, solve_on_films};
 use crate::reason::Told;
@@ -15,7 +15,7 @@ use crate::{
     MotionOptions, Quality, Reconstruction, Report, Scale, SizeOptions, SourcedCamera, TrackClipOptions, Tracks,
     solve_motion,
 };
-use clap::Args;
+use clap::{ArgAction, Args};
 use geometry::Progress;
 use head::eyes::EyeFit;
 use head::transfer::KeyTransfer;
@@ -33,6 +33,9 @@ pub struct ReconstructOptions {
     /// Width and height of the texture, pixels
     #[arg(long, default_value_t = Self::default().texture_size)]
     pub texture_size: u32,
+    /// Leave the skin as its points give it, without measuring it densely; only with the default method
+    #[arg(long = "no-dense", action = ArgAction::SetFalse)]
+    pub dense: bool,
     /// What is known of the head's size.
     #[command(flatten)]
     #[serde(flatten)]
@@ -48,6 +51,7 @@ impl Default for ReconstructOptions {
         Self {
             method: Method::Default,
             texture_size: 2048,
+            dense: true,
             size: SizeOptions::default(),
             person: FaceOptions::default(),
         }
@@ -68,8 +72,8 @@ impl ReconstructOptions {
 }
 
 /// Times of the steps in parts, as measured on 181 frames of 400×300 and on 400 of 512×512, on two cores: faces, tracks, motion, shape and
-/// the same sharpened, features with eyes and keys, textures.
-const WEIGHTS: [f64; 7] = [27.0, 27.0, 13.0, 6.0, 14.0, 2.0, 11.0];
+/// the same sharpened, features with the dense surface, eyes and keys, textures.
+const WEIGHTS: [f64; 7] = [27.0, 27.0, 13.0, 6.0, 14.0, 9.0, 11.0];
 /// The same of the paper's steps: faces, shape, eyes and keys, textures.
 const PAPER: [f64; 7] = [62.0, 0.0, 0.0, 5.0, 0.0, 8.0, 25.0];
 
@@ -158,11 +162,20 @@ pub(crate) fn run(
         progress.show(&measured.positions);
         clock.lap("features");
     }
-    aligning.step(1, 3)?;
+    aligning.step(1, 4)?;
+    let skin_surface = if options.dense && options.method == Method::Default {
+        let found = dense::refine(&clip, &mut measured)?;
+        progress.show(&measured.positions);
+        clock.lap("dense");
+        Some(found)
+    } else {
+        None
+    };
+    aligning.step(2, 4)?;
     let eyes = eyes::finish(&clip, &mut measured)?;
     progress.show(&measured.positions);
     clock.lap("eyes");
-    aligning.step(2, 3)?;
+    aligning.step(3, 4)?;
     let keys = carry_keys(head, &measured)?;
     clock.lap("keys");
     frames.forget_pyramids();
@@ -186,6 +199,7 @@ pub(crate) fn run(
         landmarks68: landmarks.iter().map(|p| [p.x, p.y, p.z]).collect(),
         scale: if scale.measured { scale } else { Scale::of_eyes(options.size.interocular()) },
         fit,
+        dense: skin_surface.as_ref().map(|surface| surface.report.clone()),
         texture: skin.report,
         timings_s: clock.finish(),
         warnings: warnings(&clip, (source, wrong_exif), &measured, skin.warnings, &quality),
@@ -193,6 +207,9 @@ pub(crate) fn run(
     };
     let mut result = Reconstruction::on(head, measured.positions, keys, report);
     (result.texture, result.eyes) = (skin.texture, skin.eyes);
+    if let Some(surface) = skin_surface {
+        (result.truth, result.relief) = (Some(surface.truth), surface.relief);
+    }
     if options.method == Method::Paper {
         paper_eyes::put(&mut result, head, &eyes)?;
     }

@@ -22,14 +22,18 @@ const LENGTH: f64 = 0.03;
 /// All vertices, metres: those of `positions` with lids, lips and hidden skin of `form`, a head of the class. Of lips that
 /// `moved` by a share of 1 while they were filmed, the whole is not believed; of lips that kept still only the edges are not.
 pub fn set_soft_parts(generic: &GenericHead, positions: &[Vec3], form: &[Vec3], moved: f64) -> Vec<Vec3> {
-    let edges = (STILL.0 + (MOVED.0 - STILL.0) * moved, STILL.1 + (MOVED.1 - STILL.1) * moved);
-    let share = firm_share(generic, edges);
+    let share = measured_share(generic, moved);
     let skin = generic.skin().vertices.clone();
     let firm: Vec<usize> = skin.clone().filter(|&v| share[v] >= 1.0).collect();
     let pick = |of: &[Vec3]| firm.iter().map(|&v| of[v]).collect::<Vec<_>>();
     let Some(fit) = Similarity::fit(&pick(form), &pick(positions), None, true) else { return positions.to_vec() };
     let guess: Vec<Vec3> = form.iter().map(|p| fit.apply(p)).collect();
     extend(positions, &guess, &share, skin, LENGTH)
+}
+
+/// Of each vertex, how far what is measured there is believed, 0 (lids, lips and cavities) … 1; lips that `moved` are not at all.
+pub fn measured_share(generic: &GenericHead, moved: f64) -> Vec<f64> {
+    firm_share(generic, (STILL.0 + (MOVED.0 - STILL.0) * moved, STILL.1 + (MOVED.1 - STILL.1) * moved))
 }
 
 /// Of each vertex, 0 within the first distance of the edges of lids and lips (metres on the generic head) and in the cavities, 1 beyond

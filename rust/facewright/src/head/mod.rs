@@ -4,8 +4,10 @@
 //!   to the same.
 //! - [`rest`]: the shape as filmed at rest and whole: [`unseen`] is what no frame measured, [`features`] are lips, lids and brows where the
 //!   frames show them.
+//! - [`dense`]: the skin measured densely, where the frames allow it.
 //! - [`eyes`]: lips closed, eyeballs fitted; [`paper_eyes`]: the paper's eyes instead.
 
+pub mod dense;
 pub mod eyes;
 pub mod features;
 pub mod paper;
@@ -41,6 +43,17 @@ pub struct Measured {
     pub focal_sigma_px: Option<f64>,
     /// What the artist should know.
     pub warnings: Vec<String>,
+}
+
+/// How well the skin was measured, for each vertex of the head.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SurfaceTruth {
+    /// Standard deviation along the normal, metres; NaN where nothing was measured.
+    pub sigma: Vec<f64>,
+    /// Frames that took part; 0 where nothing was measured.
+    pub views: Vec<u16>,
+    /// Root mean square difference of the frames from their mean, parts of the grey level; NaN where nothing was measured.
+    pub residual: Vec<f64>,
 }
 
 /// Where a measured head is in one frame.

@@ -38,6 +38,8 @@ pub struct GlbMaterial<'a> {
     pub roughness: f32,
     /// PNG file of its base colour.
     pub png: Option<&'a [u8]>,
+    /// PNG file of its normals in tangent space.
+    pub normals: Option<&'a [u8]>,
 }
 
 /// Writes nodes and materials as one GLB. Equal input gives equal bytes.
@@ -81,24 +83,14 @@ impl Writer {
     }
 
     fn material(&mut self, material: &GlbMaterial) {
-        let base_color_texture = material.png.map(|png| {
-            let buffer_view = Some(self.view(png, None));
-            let source = self.root.push(json::Image {
-                buffer_view,
-                mime_type: Some(json::image::MimeType("image/png".into())),
-                name: Some(material.name.into()),
-                uri: None,
-                extensions: None,
-                extras: None,
-            });
-            let index = self.root.push(json::Texture {
-                name: Some(material.name.into()),
-                sampler: None,
-                source,
-                extensions: None,
-                extras: None,
-            });
-            json::texture::Info { index, tex_coord: 0, extensions: None, extras: None }
+        let texture = |index| json::texture::Info { index, tex_coord: 0, extensions: None, extras: None };
+        let base_color_texture = material.png.map(|png| texture(self.texture(material.name.to_owned(), png)));
+        let normal_texture = material.normals.map(|png| json::material::NormalTexture {
+            index: self.texture(format!("{} normals", material.name), png),
+            scale: 1.0,
+            tex_coord: 0,
+            extensions: None,
+            extras: None,
         });
         let transparent = material.colour[3] < 1.0;
         self.root.push(json::Material {
@@ -116,8 +108,23 @@ impl Writer {
                 roughness_factor: json::material::StrengthFactor(material.roughness),
                 ..Default::default()
             },
+            normal_texture,
             ..Default::default()
         });
+    }
+
+    /// A picture that is a texture.
+    fn texture(&mut self, name: String, png: &[u8]) -> Index<json::Texture> {
+        let buffer_view = Some(self.view(png, None));
+        let source = self.root.push(json::Image {
+            buffer_view,
+            mime_type: Some(json::image::MimeType("image/png".into())),
+            name: Some(name.clone()),
+            uri: None,
+            extensions: None,
+            extras: None,
+        });
+        self.root.push(json::Texture { name: Some(name), sampler: None, source, extensions: None, extras: None })
     }
 
     fn node(&mut self, node: &GlbNode) -> Result<(), serde_json::Error> {

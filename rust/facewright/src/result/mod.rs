@@ -5,15 +5,17 @@ mod nodes;
 mod overlay;
 mod parts;
 mod quality;
+mod relief;
 mod report;
 
 pub use overlay::{overlay, overlay_on_rig};
 pub use parts::PartShape;
 pub use quality::{Bounds, Measure, Quality, Verdict};
-pub use report::{FitReport, FrameReport, Report, ReportCamera, Scale, TextureReport};
+pub use relief::Relief;
+pub use report::{DenseReport, FitReport, FrameReport, Report, ReportCamera, Scale, TextureReport};
 
-use crate::FacewrightError;
 use crate::files::{json_text, png, unwritable, write_together};
+use crate::{FacewrightError, SurfaceTruth};
 use geometry::{Vec3, mesh};
 use glb::{GlbMaterial, GlbNode, GlbTarget, write_glb};
 use head::{GenericHead, Key, Part, part};
@@ -39,6 +41,10 @@ pub struct Reconstruction {
     pub texture: RgbaImage,
     /// Texture of the eyes.
     pub eyes: RgbaImage,
+    /// How well the skin was measured, by vertex; `None` where it was not.
+    pub truth: Option<SurfaceTruth>,
+    /// What the skin has between its vertices; `None` where it was not measured.
+    pub relief: Option<Relief>,
     /// What was done, and how well.
     pub report: Report,
 }
@@ -52,10 +58,12 @@ impl Reconstruction {
     /// The head as `head.glb`.
     pub fn glb(&self) -> Result<Vec<u8>, FacewrightError> {
         let (skin, eyes) = (png(&opaque(&self.texture))?, png(&self.eyes)?);
-        let plain = |name, (colour, roughness)| GlbMaterial { name, colour, roughness, png: None };
+        let relief = self.relief.as_ref().map(Relief::normal_png).transpose()?;
+        let plain = |name, (colour, roughness)| GlbMaterial { name, colour, roughness, png: None, normals: None };
+        let painted = |name, roughness, png| GlbMaterial { png: Some(png), ..plain(name, ([1.0; 4], roughness)) };
         let materials = [
-            GlbMaterial { name: "skin", colour: [1.0; 4], roughness: 0.55, png: Some(&skin) },
-            GlbMaterial { name: "eyes", colour: [1.0; 4], roughness: 0.1, png: Some(&eyes) },
+            GlbMaterial { normals: relief.as_deref(), ..painted("skin", 0.55, &skin[..]) },
+            painted("eyes", 0.1, &eyes[..]),
             plain("teeth", TEETH),
             plain("tongue", TONGUE),
             plain("lashes", LASHES),
@@ -73,16 +81,19 @@ impl Reconstruction {
         write_glb(&nodes, &materials).map_err(|e| unwritable(Path::new("head.glb"), &e))
     }
 
-    /// Writes `head.glb`, `texture.png`, `eyes.png` and `report.json`.
+    /// Writes `head.glb`, `texture.png`, `eyes.png`, `report.json`, and `displacement.png` where the skin was measured densely.
     ///
     /// All files are made beside the folder first and moved into it last: on an error nothing in it has changed.
     pub fn write(&self, folder: &Path) -> Result<(), FacewrightError> {
-        let files = [
+        let mut files = vec![
             ("head.glb", self.glb()?),
             ("texture.png", png(&self.texture)?),
             ("eyes.png", png(&self.eyes)?),
             ("report.json", json_text(&self.report).into_bytes()),
         ];
+        if let Some(relief) = &self.relief {
+            files.push(("displacement.png", relief.displacement_png()?));
+        }
         write_together(folder, &files)
     }
 }
@@ -160,6 +171,8 @@ impl Reconstruction {
             keys,
             texture: RgbaImage::new(1, 1),
             eyes: RgbaImage::new(1, 1),
+            truth: None,
+            relief: None,
             report,
         }
     }

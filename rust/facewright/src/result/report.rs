@@ -111,6 +111,24 @@ pub struct TextureReport {
     pub gains: BTreeMap<String, [f64; 3]>,
 }
 
+/// How the skin was measured densely.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct DenseReport {
+    /// Places on the skin that were measured …
+    pub measured: usize,
+    /// … of so many on the face.
+    pub places: usize,
+    /// Median standard deviation of the vertices that were measured, millimetres.
+    pub sigma_mm: Option<f64>,
+    /// Median way that they went along their normals, millimetres.
+    pub moved_mm: Option<f64>,
+    /// Heights in `displacement.png` from black to white, metres; middle grey is no height. `None` where there is no such file.
+    pub displacement_m: Option<f64>,
+    /// Why the skin was left as its points give it; `None` where it was not.
+    pub untouched: Option<String>,
+}
+
 /// `report.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
@@ -137,6 +155,9 @@ pub struct Report {
     /// Fit.
     #[serde(default)]
     pub fit: FitReport,
+    /// The dense surface; `None` where it was not asked for, and in older files.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dense: Option<DenseReport>,
     /// Texture.
     #[serde(default)]
     pub texture: TextureReport,
@@ -165,6 +186,7 @@ impl Report {
             landmarks68: Vec::new(),
             scale: Scale::metric("generic head".to_owned(), 0.0),
             fit: FitReport::default(),
+            dense: None,
             texture: TextureReport::default(),
             quality: None,
             timings_s: BTreeMap::new(),

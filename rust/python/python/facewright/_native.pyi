@@ -159,10 +159,12 @@ class ReconstructOptions(MotionOptions):
             that is known of the head's size
         method: Chain of steps
         texture_size: Width and height of the texture, pixels
+        dense: False: Leave the skin as its points give it, without measuring it densely; only with the default method
     """
 
     method: Method = "default"
     texture_size: int = 2048
+    dense: bool = True
     face: tuple[float, float] | None = None
 
 class Assets:

@@ -21,7 +21,7 @@ pub use tracks::Tracks;
 use camera::{Board, BoardBend, BoardImage};
 use matches::{MatchedPair, Matches};
 use motion::{MotionFrame, MotionPoints, Roughness};
-use report::{FitReport, Measure, Quality, ReportFrame, TextureReport};
+use report::{DenseReport, FitReport, Measure, Quality, ReportFrame, TextureReport};
 use rig::MountedCamera;
 use shared::Scale;
 use tracks::{Track, TrackedFrame};
@@ -123,6 +123,7 @@ pub fn add_classes(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Report>()?;
     module.add_class::<ReportFrame>()?;
     module.add_class::<Scale>()?;
+    module.add_class::<DenseReport>()?;
     module.add_class::<FitReport>()?;
     module.add_class::<TextureReport>()?;
     module.add_class::<Quality>()?;

@@ -56,6 +56,20 @@ impl Report {
         }
     }
 
+    /// How the skin was measured densely; None where it was not, and in older files.
+    #[getter]
+    fn dense(&self) -> Option<DenseReport> {
+        let dense = self.0.dense.clone()?;
+        Some(DenseReport {
+            measured: dense.measured,
+            places: dense.places,
+            sigma_mm: dense.sigma_mm,
+            moved_mm: dense.moved_mm,
+            displacement_m: dense.displacement_m,
+            untouched: dense.untouched,
+        })
+    }
+
     /// How the texture was made.
     #[getter]
     fn texture(&self) -> TextureReport {
@@ -115,6 +129,23 @@ pub struct FitReport {
     landmarks_median_px: f64,
     /// Distance between the eyeballs' centres, millimetres.
     interocular_mm: f64,
+}
+
+/// How the skin was measured densely.
+#[pyclass(frozen, get_all, module = "facewright")]
+pub struct DenseReport {
+    /// Places on the skin that were measured.
+    measured: usize,
+    /// Places on the face.
+    places: usize,
+    /// Median standard deviation of the vertices that were measured, millimetres.
+    sigma_mm: Option<f64>,
+    /// Median way that they went along their normals, millimetres.
+    moved_mm: Option<f64>,
+    /// Heights in displacement.png from black to white, metres; middle grey is no height. None where there is no such file.
+    displacement_m: Option<f64>,
+    /// Why the skin was left as its points give it; None where it was not.
+    untouched: Option<String>,
 }
 
 /// How a texture was made.
