@@ -16,6 +16,7 @@ mod bundle;
 mod calibrate;
 mod clock;
 mod degraded;
+mod dense;
 mod feature;
 mod files;
 mod motion;
@@ -55,6 +56,7 @@ enum Word {
     Motion,
     Bundle,
     Sequence,
+    Dense,
     Degraded,
     Tables,
 }
@@ -92,5 +94,6 @@ fn main() -> anyhow::Result<()> {
         Word::Motion => step.run::<motion::Motion>(),
         Word::Bundle => step.run::<bundle::BundleBench>(),
         Word::Sequence => step.run::<sequence::SequenceBench>(),
+        Word::Dense => step.run::<dense::Dense>(),
     }
 }

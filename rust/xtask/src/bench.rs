@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Features that are measured, and the whole way.
-pub const WORDS: [&str; 6] = ["calibrate", "track", "motion", "bundle", "sequence", bench_reconstruct::WORD];
+pub const WORDS: [&str; 7] = ["calibrate", "track", "motion", "bundle", "sequence", "dense", bench_reconstruct::WORD];
 /// Words that are measured with another, as parts of its feature: the motion of two frames, the bundle over many and the way
 /// from one to the other.
 const PARTS: [(&str, &str); 2] = [("motion", "bundle"), ("motion", "sequence")];
 /// Those of them that OpenCV has too.
-const OPENCV_WORDS: [&str; 3] = ["calibrate", "track", "motion"];
+const OPENCV_WORDS: [&str; 4] = ["calibrate", "track", "motion", "dense"];
 /// The peers. Each has a script per word that it is measured in, `peers/WORD` and its ending.
 const PEERS: [Peer; 5] = [
     Peer { name: "opencv-4", environment: &OPENCV_4, script: ".py", words: &OPENCV_WORDS },
