@@ -48,7 +48,7 @@ impl Film {
     fn error(&self, positions: &[Vec3]) -> f64 {
         let off = |p: &Vec3| 1000.0 * (p.norm() - self.skin.radius(&p.normalize())).abs();
         let measured = positions.iter().zip(share()).filter(|(_, share)| *share > 0.5);
-        median(measured.map(|(p, _)| off(p))).unwrap()
+        median(measured.map(|(p, _)| off(p))).unwrap_or(f64::NAN)
     }
 }
 

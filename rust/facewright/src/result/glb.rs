@@ -314,7 +314,7 @@ mod tests {
             targets,
             material: 0,
         };
-        let material = GlbMaterial { name: "skin", colour: [1.0; 4], roughness: 0.5, png: None };
+        let material = GlbMaterial { name: "skin", colour: [1.0; 4], roughness: 0.5, png: None, normals: None };
         write_glb(&[node], &[material]).unwrap()
     }
 

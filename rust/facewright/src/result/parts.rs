@@ -67,6 +67,8 @@ mod tests {
             keys: vec![Key { name: "jawOpen".to_owned(), offsets: [1, 5, 9].map(|i| (i, place(i))).to_vec() }],
             texture: RgbaImage::new(1, 1),
             eyes: RgbaImage::new(1, 1),
+            truth: None,
+            relief: None,
             report: Report::empty(),
         }
     }

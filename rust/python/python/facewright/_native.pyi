@@ -914,6 +914,9 @@ class Report:
     def fit(self) -> FitReport:
         """How well the head fits what was seen."""
     @property
+    def dense(self) -> DenseReport | None:
+        """How the skin was measured densely; None where it was not, and in older files."""
+    @property
     def texture(self) -> TextureReport:
         """How the texture was made."""
     @property
@@ -957,6 +960,28 @@ class Scale:
     @property
     def relative_sigma(self) -> float:
         """Standard deviation of the size, as part of it; 0 in files that do not tell."""
+
+class DenseReport:
+    """How the skin was measured densely."""
+
+    @property
+    def measured(self) -> int:
+        """Places on the skin that were measured."""
+    @property
+    def places(self) -> int:
+        """Places on the face."""
+    @property
+    def sigma_mm(self) -> float | None:
+        """Median standard deviation of the vertices that were measured, millimetres."""
+    @property
+    def moved_mm(self) -> float | None:
+        """Median way that they went along their normals, millimetres."""
+    @property
+    def displacement_m(self) -> float | None:
+        """Heights in displacement.png from black to white, metres; None where there is no such file."""
+    @property
+    def untouched(self) -> str | None:
+        """Why the skin was left as its points give it; None where it was not."""
 
 class FitReport:
     """How well a head fits what was seen."""

@@ -142,7 +142,7 @@ pub struct DenseReport {
     sigma_mm: Option<f64>,
     /// Median way that they went along their normals, millimetres.
     moved_mm: Option<f64>,
-    /// Heights in displacement.png from black to white, metres; middle grey is no height. None where there is no such file.
+    /// Heights in displacement.png from black to white, metres; None where there is no such file.
     displacement_m: Option<f64>,
     /// Why the skin was left as its points give it; None where it was not.
     untouched: Option<String>,
