@@ -6,12 +6,14 @@ use crate::faces::{Clip, uncovered};
 use crate::patches::Hair;
 use crate::{DenseReport, FacewrightError, Relief};
 use dense::{Dense, DenseOptions, Surface, Untouched, View, measure};
-use geometry::{Camera, Transform, Vec2, Vec3, median, smooth_step};
+use geometry::{Camera, Transform, Vec2, Vec3, median, mesh, smooth_step};
+use head::GenericHead;
 use head::extend::extend;
 use head::soft::measured_share;
 use image::{GrayImage, Luma, imageops};
 use raster::Window;
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 use texture::choose_views;
 
 /// Frames that are measured in: more bring nothing, even of a small picture.
@@ -24,6 +26,10 @@ const EDGE: i32 = 8;
 const FACE: (f64, f64) = (0.014, 0.024);
 /// What is measured keeps so far from hair, pixels.
 const HAIR_MARGIN: i64 = 3;
+/// Skin that measuring turns by more than this is folded, cosine: 60 degrees …
+const LEAST_COSINE: f64 = 0.5;
+/// … and is put back so often at most.
+const FOLD_ROUNDS: usize = 8;
 /// How far lids and lips follow the skin around, metres.
 const LENGTH: f64 = 0.03;
 
@@ -72,9 +78,31 @@ pub fn refine(clip: &Clip, measured: &mut Measured) -> Result<SkinSurface, Facew
         Ok(found) => found,
         Err(untouched) => return Ok(left(head.positions.len(), &untouched)),
     };
-    measured.positions = extend(&found.positions, &measured.positions, &firm, skin.vertices.clone(), LENGTH);
+    let moved = extend(&found.positions, &measured.positions, &firm, skin.vertices.clone(), LENGTH);
+    measured.positions = without_folds(clip.head, &measured.positions, moved);
     let uvs: Vec<[[f32; 2]; 4]> = outside.iter().map(|&quad| head.uvs[quad]).collect();
     Ok(measured_surface(found, &uvs))
+}
+
+/// Skin that measuring would fold goes back where it was, and the skin around it half the way, until nothing folds.
+fn without_folds(head: &GenericHead, before: &[Vec3], mut moved: Vec<Vec3>) -> Vec<Vec3> {
+    let triangles = head.outer_skin();
+    for _ in 0..FOLD_ROUNDS {
+        let is_folded = |t: &&[u32; 3]| {
+            let (was, is) = (mesh::area_normal(before, t), mesh::area_normal(&moved, t));
+            was.dot(&is) < LEAST_COSINE * was.norm() * is.norm()
+        };
+        let folded: BTreeSet<u32> = triangles.iter().filter(is_folded).flatten().copied().collect();
+        if folded.is_empty() {
+            break;
+        }
+        let beside = triangles.iter().filter(|t| t.iter().any(|v| folded.contains(v))).flatten();
+        let around: BTreeSet<usize> = beside.map(|&v| v as usize).collect();
+        for v in around {
+            moved[v] = moved[v].lerp(&before[v], if folded.contains(&(v as u32)) { 1.0 } else { 0.5 });
+        }
+    }
+    moved
 }
 
 fn left(vertices: usize, untouched: &Untouched) -> SkinSurface {
