@@ -41,6 +41,7 @@ def test_a_head_is_made_and_its_report_told(facewright: ModuleType, assets: Path
         "head.glb",
         "texture.png",
         "eyes.png",
+        "displacement.png",
         "report.json",
     }
     assert "67 shape keys" in done.stdout and f"of {len(truth['frames'])} frames used" in done.stdout
