@@ -42,7 +42,6 @@ def test_a_head_is_made_and_its_report_told(facewright: ModuleType, assets: Path
         "texture.png",
         "eyes.png",
         "displacement.png",
-        "normal.png",
         "report.json",
     }
     assert "67 shape keys" in done.stdout and f"of {len(truth['frames'])} frames used" in done.stdout

@@ -3,6 +3,7 @@
 //! Morph targets are sparse accessors: a key moves a tenth of the head, and the file stays as much smaller.
 //! Vertices are split where the texture has a seam, so their number differs from the head's own.
 
+use super::tangents::tangents;
 use gltf_json as json;
 use json::validation::{Checked, USize64};
 use json::{Index, Root};
@@ -50,7 +51,7 @@ pub fn write_glb(nodes: &[GlbNode], materials: &[GlbMaterial]) -> Result<Vec<u8>
         writer.material(material);
     }
     for node in nodes {
-        writer.node(node)?;
+        writer.node(node, materials.get(node.material).is_some_and(|material| material.normals.is_some()))?;
     }
     let roots = (0..nodes.len()).map(|i| Index::new(i as u32)).collect();
     let scene = writer.root.push(json::Scene { extensions: None, extras: None, name: None, nodes: roots });
@@ -127,11 +128,12 @@ impl Writer {
         self.root.push(json::Texture { name: Some(name), sampler: None, source, extensions: None, extras: None })
     }
 
-    fn node(&mut self, node: &GlbNode) -> Result<(), serde_json::Error> {
+    /// A node; with tangents where its material has normals of its own.
+    fn node(&mut self, node: &GlbNode, with_tangents: bool) -> Result<(), serde_json::Error> {
         let split = Split::new(node.triangles);
         let gather = |values: &[[f32; 3]]| split.source.iter().map(|&i| values[i as usize]).collect::<Vec<_>>();
-        let positions = self.vectors(&gather(node.positions), true);
-        let normals = self.vectors(&gather(node.normals), false);
+        let (places, directions) = (gather(node.positions), gather(node.normals));
+        let (positions, normals) = (self.vectors(&places, true), self.vectors(&directions, false));
         let uvs: Vec<u8> = split.uvs.iter().flat_map(|uv| [uv[0], 1.0 - uv[1]]).flat_map(f32::to_le_bytes).collect();
         let uvs = self.accessor(&uvs, split.uvs.len(), json::accessor::Type::Vec2);
         let indices: Vec<u8> = split.indices.iter().flat_map(|i| i.to_le_bytes()).collect();
@@ -142,12 +144,20 @@ impl Writer {
         });
         let targets = node.targets.iter().map(|(_, offsets)| self.target(&split, offsets)).collect();
         let names: Vec<&str> = node.targets.iter().map(|(name, _)| *name).collect();
+        let mut attributes = BTreeMap::from([
+            (Checked::Valid(json::mesh::Semantic::Positions), positions),
+            (Checked::Valid(json::mesh::Semantic::Normals), normals),
+            (Checked::Valid(json::mesh::Semantic::TexCoords(0)), uvs),
+        ]);
+        if with_tangents {
+            let (triangles, _) = split.indices.as_chunks::<3>();
+            let tangents = tangents(&places, &directions, &split.uvs, triangles);
+            let bytes: Vec<u8> = tangents.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+            let tangents = self.accessor(&bytes, tangents.len(), json::accessor::Type::Vec4);
+            attributes.insert(Checked::Valid(json::mesh::Semantic::Tangents), tangents);
+        }
         let primitive = json::mesh::Primitive {
-            attributes: BTreeMap::from([
-                (Checked::Valid(json::mesh::Semantic::Positions), positions),
-                (Checked::Valid(json::mesh::Semantic::Normals), normals),
-                (Checked::Valid(json::mesh::Semantic::TexCoords(0)), uvs),
-            ]),
+            attributes,
             indices: Some(indices),
             material: Some(Index::new(node.material as u32)),
             mode: Checked::Valid(json::mesh::Mode::Triangles),
@@ -303,6 +313,10 @@ mod tests {
     use super::*;
 
     fn square(targets: Vec<GlbTarget>) -> Vec<u8> {
+        square_with(targets, None)
+    }
+
+    fn square_with(targets: Vec<GlbTarget>, normals: Option<&[u8]>) -> Vec<u8> {
         let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
         let triangles =
             [([0, 1, 2], [[0.0, 0.0], [0.5, 0.0], [0.5, 0.5]]), ([0, 2, 3], [[0.6, 0.0], [0.5, 0.5], [0.6, 0.5]])];
@@ -314,7 +328,7 @@ mod tests {
             targets,
             material: 0,
         };
-        let material = GlbMaterial { name: "skin", colour: [1.0; 4], roughness: 0.5, png: None, normals: None };
+        let material = GlbMaterial { name: "skin", colour: [1.0; 4], roughness: 0.5, png: None, normals };
         write_glb(&[node], &[material]).unwrap()
     }
 
@@ -349,6 +363,21 @@ mod tests {
         };
         assert_eq!(highest(0..3), 0.0);
         assert_eq!(highest(0..4), -0.25);
+    }
+
+    #[test]
+    fn tangents_come_with_a_normal_map_and_only_then() {
+        let tangents = |normals: Option<&[u8]>| {
+            let bytes = square_with(Vec::new(), normals);
+            let file = gltf::Gltf::from_slice(&bytes).unwrap();
+            let primitive = file.meshes().next().unwrap().primitives().next().unwrap();
+            let blob = file.blob.as_deref().unwrap();
+            let found = primitive.reader(|_| Some(blob)).read_tangents().map(|found| found.collect::<Vec<_>>());
+            (found, primitive.material().normal_texture().is_some())
+        };
+        let (found, is_mapped) = tangents(Some(b"a picture"));
+        assert_eq!((found.unwrap().len(), is_mapped), (5, true));
+        assert_eq!(tangents(None), (None, false));
     }
 
     #[test]

@@ -7,6 +7,7 @@ mod parts;
 mod quality;
 mod relief;
 mod report;
+mod tangents;
 
 pub use overlay::{overlay, overlay_on_rig};
 pub use parts::PartShape;
@@ -58,10 +59,11 @@ impl Reconstruction {
     /// The head as `head.glb`.
     pub fn glb(&self) -> Result<Vec<u8>, FacewrightError> {
         let (skin, eyes) = (png(&opaque(&self.texture))?, png(&self.eyes)?);
+        let relief = self.relief.as_ref().map(Relief::normal_png).transpose()?;
         let plain = |name, (colour, roughness)| GlbMaterial { name, colour, roughness, png: None, normals: None };
         let painted = |name, roughness, png| GlbMaterial { png: Some(png), ..plain(name, ([1.0; 4], roughness)) };
         let materials = [
-            painted("skin", 0.55, &skin[..]),
+            GlbMaterial { normals: relief.as_deref(), ..painted("skin", 0.55, &skin[..]) },
             painted("eyes", 0.1, &eyes[..]),
             plain("teeth", TEETH),
             plain("tongue", TONGUE),
@@ -92,7 +94,6 @@ impl Reconstruction {
         ];
         if let Some(relief) = &self.relief {
             files.push(("displacement.png", relief.displacement_png()?));
-            files.push(("normal.png", relief.normal_png()?));
         }
         write_together(folder, &files)
     }
