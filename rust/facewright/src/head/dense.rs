@@ -7,7 +7,6 @@ use crate::patches::Hair;
 use crate::{DenseReport, FacewrightError, Relief};
 use dense::{Dense, DenseOptions, Surface, Untouched, View, measure};
 use geometry::{Camera, Transform, Vec2, Vec3, median, mesh, smooth_step};
-use head::GenericHead;
 use head::extend::extend;
 use head::soft::measured_share;
 use image::{GrayImage, Luma, imageops};
@@ -79,14 +78,13 @@ pub fn refine(clip: &Clip, measured: &mut Measured) -> Result<SkinSurface, Facew
         Err(untouched) => return Ok(left(head.positions.len(), &untouched)),
     };
     let moved = extend(&found.positions, &measured.positions, &firm, skin.vertices.clone(), LENGTH);
-    measured.positions = without_folds(clip.head, &measured.positions, moved);
+    measured.positions = without_folds(&head.outer_skin(), &measured.positions, moved);
     let uvs: Vec<[[f32; 2]; 4]> = outside.iter().map(|&quad| head.uvs[quad]).collect();
     Ok(measured_surface(found, &uvs))
 }
 
 /// Skin that measuring would fold goes back where it was, and the skin around it half the way, until nothing folds.
-fn without_folds(head: &GenericHead, before: &[Vec3], mut moved: Vec<Vec3>) -> Vec<Vec3> {
-    let triangles = head.outer_skin();
+fn without_folds(triangles: &[[u32; 3]], before: &[Vec3], mut moved: Vec<Vec3>) -> Vec<Vec3> {
     for _ in 0..FOLD_ROUNDS {
         let is_folded = |t: &&[u32; 3]| {
             let (was, is) = (mesh::area_normal(before, t), mesh::area_normal(&moved, t));
@@ -194,4 +192,28 @@ fn moved(clip: &Clip, frame: usize) -> Vec<f64> {
     let Some(fitted) = &clip.landmark_fit.frames[frame] else { return vec![0.0; rest.len()] };
     let offsets = clip.head.with_expression(&rest, &clip.rest.from_rest(&fitted.expression));
     offsets.iter().map(|offset| offset.norm()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_vertex_pushed_over_its_neighbours_goes_back_and_the_rest_stays() {
+        let (side, step) = (9, 0.003);
+        let before: Vec<Vec3> =
+            (0..side * side).map(|i| Vec3::new(f64::from(i % side), f64::from(i / side), 0.0) * step).collect();
+        let corner = |i: u32| [[i, i + 1, i + side + 1], [i, i + side + 1, i + side]];
+        let triangles: Vec<[u32; 3]> =
+            (0..side * (side - 1)).filter(|i| i % side + 1 < side).flat_map(corner).collect();
+        let mut moved: Vec<Vec3> = before.iter().map(|p| p + Vec3::z() * 0.0003).collect();
+        let (pushed, measured) = ((side * side / 2) as usize, moved.clone());
+        moved[pushed] += Vec3::x() * (2.5 * step);
+        let found = without_folds(&triangles, &before, moved);
+        let turned = |t: &&[u32; 3]| mesh::area_normal(&found, t).z <= 0.0;
+        assert_eq!(triangles.iter().filter(turned).count(), 0);
+        assert_eq!(found[pushed], before[pushed]);
+        let far = |v: &usize| (before[*v] - before[pushed]).norm() > 3.0 * step;
+        assert!((0..found.len()).filter(far).all(|v| found[v] == measured[v]));
+    }
 }
