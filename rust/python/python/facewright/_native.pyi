@@ -152,6 +152,8 @@ class ReconstructOptions(MotionOptions):
 
     Keyword arguments, and attributes:
 
+        dense: False: Leave the skin as its points give it, without measuring it densely; only with the default
+            method
         face: Of several faces the one nearest to this pixel where the clip begins, instead of the largest one that
             turns
         interocular_mm: Interpupillary distance, millimetres, if it is known
@@ -159,7 +161,6 @@ class ReconstructOptions(MotionOptions):
             that is known of the head's size
         method: Chain of steps
         texture_size: Width and height of the texture, pixels
-        dense: False: Leave the skin as its points give it, without measuring it densely; only with the default method
     """
 
     method: Method = "default"
