@@ -73,12 +73,15 @@ pub fn refine(clip: &Clip, measured: &mut Measured) -> Result<SkinSurface, Facew
     let quads: Vec<[u32; 4]> = outside.iter().map(|&quad| head.quads[quad]).collect();
     let share = shares(clip, &firm);
     let surface = Surface { positions: &measured.positions, quads: &quads, share: &share };
-    let found = match measure(&surface, &views, &DenseOptions::default()) {
+    let mut found = match measure(&surface, &views, &DenseOptions::default()) {
         Ok(found) => found,
         Err(untouched) => return Ok(left(head.positions.len(), &untouched)),
     };
     let moved = extend(&found.positions, &measured.positions, &firm, skin.vertices.clone(), LENGTH);
-    measured.positions = without_folds(&head.outer_skin(), &measured.positions, moved);
+    let unfolded = without_folds(&head.outer_skin(), &measured.positions, moved.clone());
+    let put_back: Vec<bool> = unfolded.iter().zip(&moved).map(|(is, was)| is != was).collect();
+    forget(&mut found, &put_back);
+    measured.positions = unfolded;
     let uvs: Vec<[[f32; 2]; 4]> = outside.iter().map(|&quad| head.uvs[quad]).collect();
     Ok(measured_surface(found, &uvs))
 }
@@ -101,6 +104,17 @@ fn without_folds(triangles: &[[u32; 3]], before: &[Vec3], mut moved: Vec<Vec3>) 
         }
     }
     moved
+}
+
+/// Takes back what is said of vertices that are no longer where they were measured, and the heights around them.
+fn forget(found: &mut Dense, vertices: &[bool]) {
+    for v in (0..vertices.len()).filter(|&v| vertices[v]) {
+        (found.sigma[v], found.views[v], found.residual[v]) = (f64::NAN, 0, f64::NAN);
+    }
+    // The four quads of each begin at its corners.
+    for quad in found.detail.quads.iter().filter(|quad| vertices[quad[0] as usize]) {
+        quad.iter().for_each(|&place| found.detail.heights[place as usize] = 0.0);
+    }
 }
 
 fn left(vertices: usize, untouched: &Untouched) -> SkinSurface {
@@ -197,6 +211,7 @@ fn moved(clip: &Clip, frame: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dense::Detail;
 
     #[test]
     fn a_vertex_pushed_over_its_neighbours_goes_back_and_the_rest_stays() {
@@ -215,5 +230,30 @@ mod tests {
         assert_eq!(found[pushed], before[pushed]);
         let far = |v: &usize| (before[*v] - before[pushed]).norm() > 3.0 * step;
         assert!((0..found.len()).filter(far).all(|v| found[v] == measured[v]));
+    }
+
+    #[test]
+    fn of_a_vertex_that_was_put_back_nothing_is_said_and_it_has_no_heights() {
+        // One quad in four: its corners, the middles of its edges, its own.
+        let detail = Detail {
+            heights: vec![1e-4; 9],
+            places: vec![Vec3::zeros(); 9],
+            quads: vec![[0, 4, 8, 7], [1, 5, 8, 4], [2, 6, 8, 5], [3, 7, 8, 6]],
+        };
+        let mut found = Dense {
+            positions: vec![Vec3::zeros(); 4],
+            sigma: vec![1e-4; 4],
+            views: vec![9; 4],
+            residual: vec![0.01; 4],
+            moved: vec![0.0; 4],
+            detail,
+            measured: 4,
+            places: 4,
+        };
+        forget(&mut found, &[true, false, false, false]);
+        assert!(found.sigma[0].is_nan() && found.residual[0].is_nan());
+        assert_eq!((&found.views[..], found.sigma[1]), (&[0, 9, 9, 9][..], 1e-4));
+        let flat: Vec<usize> = (0..9).filter(|&place| found.detail.heights[place] == 0.0).collect();
+        assert_eq!(flat, [0, 4, 7, 8]);
     }
 }
